@@ -1,0 +1,45 @@
+"""The error tree: bad input raises one of these; a grasp that cannot be found is a result, not an exception."""
+
+from collections.abc import Iterable
+
+__all__ = ["FingersplitError", "MeshError", "ParallelGraspError", "SettingsError", "UnknownHandError"]
+
+
+class FingersplitError(Exception):
+    """Root of every error raised on purpose; its text says what is wrong and what would be right."""
+
+
+class MeshError(FingersplitError):
+    """A file that is no graspable object.
+
+    Attributes:
+        code: Stable short name of the fault, such as ``"truncated"``.
+    """
+
+    def __init__(self, code: str, message: str) -> None:
+        super().__init__(message)
+        self.code = code
+
+    def __reduce__(self) -> tuple[type["MeshError"], tuple[str, str]]:
+        """Survive the way back from a worker process with both arguments."""
+        return type(self), (self.code, str(self))
+
+
+class UnknownHandError(FingersplitError):
+    """A hand name that no folder of ``fingersplit.hands`` has."""
+
+    def __init__(self, name: str, known: Iterable[str]) -> None:
+        super().__init__(f"Unknown hand {name!r}; known hands: {', '.join(known)}.")
+        self.name, self.known = name, tuple(known)
+
+    def __reduce__(self) -> tuple[type["UnknownHandError"], tuple[str, tuple[str, ...]]]:
+        """Survive the way back from a worker process with both arguments."""
+        return type(self), (self.name, self.known)
+
+
+class ParallelGraspError(FingersplitError):
+    """Two contacts and an approach that describe no parallel grasp."""
+
+
+class SettingsError(FingersplitError):
+    """An unknown planner setting, or a value outside its range."""

@@ -1,0 +1,36 @@
+"""Rotations and poses at the package's boundary.
+
+Conventions: ``a_from_b`` maps coordinates in frame b to coordinates in frame a, so ``a_from_b @ b_from_c`` is
+``a_from_c``. Quaternions are ``wxyz`` with w >= 0. Lengths [m], angles [rad].
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.spatial.transform import Rotation
+
+__all__ = ["pose_matrix", "rotation_from_wxyz", "transform_points", "wxyz_from_rotation"]
+
+
+def wxyz_from_rotation(rotation: ArrayLike) -> NDArray[np.float64]:
+    """Unit quaternion (4,) with w >= 0 of a rotation matrix (3, 3)."""
+    quaternion = Rotation.from_matrix(np.asarray(rotation)).as_quat(canonical=True, scalar_first=True)
+    return np.asarray(quaternion, dtype=np.float64)
+
+
+def rotation_from_wxyz(wxyz: ArrayLike) -> NDArray[np.float64]:
+    """Rotation matrix (3, 3) of a quaternion (4,), which need not be of unit length."""
+    return np.asarray(Rotation.from_quat(np.asarray(wxyz), scalar_first=True).as_matrix())
+
+
+def pose_matrix(rotation: ArrayLike, position: ArrayLike) -> NDArray[np.float64]:
+    """Homogeneous transform (4, 4) of a rotation (3, 3) and a position (3,) [m]."""
+    pose = np.eye(4)
+    pose[:3, :3] = rotation
+    pose[:3, 3] = position
+    return pose
+
+
+def transform_points(a_from_b: ArrayLike, points_in_b: ArrayLike) -> NDArray[np.float64]:
+    """Points (..., 3) [m] of frame b in frame a."""
+    a_from_b = np.asarray(a_from_b)
+    return np.asarray(points_in_b @ a_from_b[:3, :3].T + a_from_b[:3, 3])
