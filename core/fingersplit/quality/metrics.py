@@ -1,0 +1,88 @@
+"""Grasp metrics on finished contacts: isotropy, wrench-space volume and Ferrari-Canny, all from one grasp matrix.
+
+Torques are taken about the centre of mass and divided by the object's radius, so the six rows of the grasp matrix are
+forces and no metric depends on the unit of length.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import ConvexHull, QhullError
+
+__all__ = ["WrenchSpace", "ferrari_canny", "isotropy", "volume"]
+
+CONE_EDGES = 8
+"""Edges of the pyramid that stands for a friction cone, inscribed."""
+
+
+@dataclass(frozen=True, eq=False)
+class WrenchSpace:
+    """Contacts and what forces they can pass.
+
+    Attributes:
+        contacts: Contact points in the object frame, (F, 3) [m].
+        normals: Outward surface normals at the contacts, (F, 3).
+        friction: Coulomb friction coefficient.
+        center: Torque origin, (3,) [m].
+        radius: Length that torques are divided by [m].
+    """
+
+    contacts: NDArray[np.float64]
+    normals: NDArray[np.float64]
+    friction: float
+    center: NDArray[np.float64]
+    radius: float
+
+    def grasp_matrix(self) -> NDArray[np.float64]:
+        """Map from stacked contact forces in the object frame to the scaled wrench, (6, 3 F)."""
+        return np.hstack([self._wrenches(contact, np.eye(3)) for contact in self.contacts])
+
+    def cone_forces(self) -> NDArray[np.float64]:
+        """Edge forces of every friction cone, pointing into the object, normal part 1, (F, CONE_EDGES, 3)."""
+        angles = 2 * np.pi * np.arange(CONE_EDGES) / CONE_EDGES
+        inward = -self.normals
+        helper = np.eye(3)[np.argmin(np.abs(inward), axis=1)]
+        first = np.cross(inward, helper)
+        first /= np.linalg.norm(first, axis=1, keepdims=True)
+        second = np.cross(inward, first)
+        tangents = np.cos(angles)[:, None] * first[:, None] + np.sin(angles)[:, None] * second[:, None]
+        return np.asarray(inward[:, None] + self.friction * tangents)
+
+    def cone_wrenches(self) -> NDArray[np.float64]:
+        """Scaled wrench of every cone edge, (F * CONE_EDGES, 6)."""
+        return np.vstack(
+            [
+                self._wrenches(contact, forces.T).T
+                for contact, forces in zip(self.contacts, self.cone_forces(), strict=True)
+            ]
+        )
+
+    def _wrenches(self, contact: NDArray[np.float64], forces: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Wrenches (6, k) of forces (3, k) at a contact."""
+        arm = (contact - self.center) / self.radius
+        return np.vstack([forces, np.cross(arm, forces.T).T])
+
+
+def isotropy(space: WrenchSpace) -> float:
+    """sigma_min(G) / sigma_max(G) in 0..1 [Kim2001]."""
+    singular = np.linalg.svd(space.grasp_matrix(), compute_uv=False)
+    return float(singular[-1] / singular[0])
+
+
+def volume(space: WrenchSpace) -> float:
+    """sqrt(det(G G^T)), the volume of the wrench ellipsoid up to a constant [Li1988]."""
+    return float(np.prod(np.linalg.svd(space.grasp_matrix(), compute_uv=False)))
+
+
+def ferrari_canny(space: WrenchSpace) -> float:
+    """Largest disturbing wrench that normal forces summing to 1 resist in every direction [Ferrari1992], the L1 form.
+
+    The radius of the largest ball about the origin inside the convex hull of all cone-edge wrenches; 0 without force
+    closure. Exact for the inscribed cones of ``CONE_EDGES`` edges.
+    """
+    try:
+        hull = ConvexHull(space.cone_wrenches())
+    except QhullError:  # wrenches that span no six-dimensional volume close no grasp
+        return 0.0
+    return max(0.0, float(-hull.equations[:, -1].max()))
