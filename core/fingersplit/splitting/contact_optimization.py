@@ -1,0 +1,150 @@
+"""Algorithm 1 of [Fan2018]: contact point optimization (CPO). The palm stands still, contacts and joints move."""
+
+import math
+
+from fingersplit.compilation import kernel
+from fingersplit.objects.surface import closest
+from fingersplit.quality.objective import manipulability_gradient, object_quality_gradient
+from fingersplit.splitting.acceptance import CONTINUE, REACHED_ITERATION_LIMIT, judge, judge_collision
+from fingersplit.splitting.clock import seconds
+from fingersplit.splitting.state import QUALITY, attach_contacts, copy_state, evaluate, place_hand
+from fingersplit.splitting.trace import CPO, record
+from fingersplit.splitting.tracking import at_limit, track
+from fingersplit.vectors import add, get, norm, put, scale, solve_positive_definite, subtract
+
+__all__ = ["optimize_contacts", "tangent_step"]
+
+LINE_SEARCH_HALVINGS = 4
+
+
+@kernel
+def optimize_contacts(problem, state, candidate, trial, work, trace):
+    """Climb Q over contacts and joints until it stops rising or a constraint is met.
+
+    Args:
+        problem: ``Problem``.
+        state: ``GraspState``; holds the last accepted state on return.
+        candidate: Room for a state.
+        trial: Room for a state, used by the line search.
+        work: ``Work``.
+        trace: ``TraceArrays``; every accepted state is recorded.
+
+    Returns:
+        Why it stopped (``acceptance``) and the number of tangent searches, the rejected last one included.
+    """
+    settings = problem.settings
+    for iteration in range(1, settings.max_inner_iterations + 1):
+        started = seconds(work.clock)
+        tangent_step(problem.hand, settings, state, work)  # line 3
+        searched = seconds(work.clock)
+        _project(problem, state, 1.0, candidate, work)  # lines 4 to 6
+        if settings.line_search:
+            _search_line(problem, state, candidate, trial, work)
+        verdict = judge(settings, state, candidate, settings.cpo_least_increase)  # line 7
+        projected = seconds(work.clock)
+        if verdict == CONTINUE:
+            verdict = judge_collision(problem, state, candidate)
+        ended = seconds(work.clock)
+        work.times[0] += searched - started
+        work.times[1] += projected - searched
+        work.times[2] += ended - projected
+        if verdict != CONTINUE:  # line 8
+            return verdict, iteration
+        copy_state(state, candidate)  # line 9
+        record(trace, CPO, state)
+    return REACHED_ITERATION_LIMIT, settings.max_inner_iterations
+
+
+@kernel
+def tangent_step(hand, settings, state, work):
+    """Line 3: the step d* = alpha* d_0 of eq. (4) with alpha* = sigma_cpo / |d_0| into ``work.contact_step``.
+
+    Eq. (4) projects the gradient (g_c, g_q) of Q on {d_c = J d_q, n^T d_c = 0}. The constraints couple no two fingers,
+    so each one solves its own problem, exactly equal to (4):
+
+        minimise |J d_q - g_c|^2 + |d_q - g_q|^2  subject to  n^T J d_q = 0.
+
+    A joint at its limit and pushed outwards leaves the active set and the problem is solved again.
+    """
+    object_quality_gradient(state.contacts, work.contact_gradient)
+    manipulability_gradient(hand, state.pose.joints, work.joint_gradient)
+    work.contact_gradient[:] *= settings.object_weight
+    work.joint_gradient[:] *= settings.hand_weight
+    squared = 0.0
+    for finger in range(len(state.contacts)):
+        _finger_step(hand, state, finger, work)
+        for k in range(3):
+            squared += work.contact_step[finger, k] ** 2
+    for j in range(hand.lower.size):
+        squared += work.joint_step[j] ** 2
+    if squared > 0.0:
+        alpha = settings.cpo_trust_region / math.sqrt(squared)
+        work.contact_step[:] *= alpha
+        work.joint_step[:] *= alpha
+
+
+@kernel
+def _finger_step(hand, state, finger, work):
+    """One finger's part of d_0: solves (J^T J + I) d_q = J^T g_c + g_q - lambda J^T n for d_q, lambda."""
+    count, J, frozen = hand.joint_counts[finger], state.pose.jacobians[finger], work.frozen
+    g, n, H, B = get(work.contact_gradient, finger), get(state.normals, finger), work.matrix, work.columns
+    for i in range(count):
+        frozen[i] = False
+    for _ in range(count + 1):
+        for i in range(count):
+            for k in range(count):
+                H[i, k] = 1.0 if i == k else 0.0
+                if not (frozen[i] or frozen[k]):
+                    H[i, k] += J[0, i] * J[0, k] + J[1, i] * J[1, k] + J[2, i] * J[2, k]
+            B[i, 0], B[i, 1] = 0.0, 0.0
+            if not frozen[i]:
+                B[i, 0] = J[0, i] * g[0] + J[1, i] * g[1] + J[2, i] * g[2]
+                B[i, 0] += work.joint_gradient[hand.joint_indices[finger, i]]
+                B[i, 1] = J[0, i] * n[0] + J[1, i] * n[1] + J[2, i] * n[2]
+        solve_positive_definite(H, B, count)
+        along, across = 0.0, 0.0  # n^T J of both solutions
+        for i in range(count):
+            if not frozen[i]:
+                slope = J[0, i] * n[0] + J[1, i] * n[1] + J[2, i] * n[2]
+                along += slope * B[i, 0]
+                across += slope * B[i, 1]
+        multiplier = along / across if across > 0.0 else 0.0
+        changed = False
+        for i in range(count):
+            j = hand.joint_indices[finger, i]
+            work.joint_step[j] = B[i, 0] - multiplier * B[i, 1]
+            if not frozen[i] and at_limit(hand, state.pose.joints, j, work.joint_step[j]):
+                frozen[i], changed = True, True
+        if not changed:
+            break
+    for k in range(3):
+        work.contact_step[finger, k] = 0.0
+        for i in range(count):
+            work.contact_step[finger, k] += J[k, i] * work.joint_step[hand.joint_indices[finger, i]]
+
+
+@kernel
+def _project(problem, state, fraction, candidate, work):
+    """Lines 4 to 6: from the tangent step, times ``fraction``, back to fingertips on the surface, in ``candidate``."""
+    hand, gain = problem.hand, problem.settings.cpo_gain * problem.settings.time_step
+    copy_state(candidate, state)
+    for finger in range(len(state.contacts)):
+        reached = add(get(state.contacts, finger), scale(fraction, get(work.contact_step, finger)))
+        _, reference, normal = closest(problem.surface, reached, state.samples[finger])
+        target = add(reference, scale(hand.pad_radii[finger], normal))
+        displacement = scale(gain, subtract(target, get(state.pose.pads, finger)))
+        track(hand, state.pose, finger, displacement, work, candidate.pose.joints)
+    place_hand(problem, candidate, work)
+    attach_contacts(problem, candidate)
+    evaluate(problem, candidate)
+
+
+@kernel
+def _search_line(problem, state, candidate, trial, work):
+    """F_ls = 1: the best of the full step, already in ``candidate``, and its halvings."""
+    fraction = 1.0
+    for _ in range(LINE_SEARCH_HALVINGS):
+        fraction *= 0.5
+        _project(problem, state, fraction, trial, work)
+        if trial.scores[QUALITY] > candidate.scores[QUALITY]:
+            copy_state(candidate, trial)
