@@ -36,31 +36,31 @@ def put(rows, i, v):
 
 @kernel
 def add(a, b):
-    """a + b."""
+    """Sum a + b."""
     return a[0] + b[0], a[1] + b[1], a[2] + b[2]
 
 
 @kernel
 def subtract(a, b):
-    """a - b."""
+    """Difference a - b."""
     return a[0] - b[0], a[1] - b[1], a[2] - b[2]
 
 
 @kernel
 def scale(s, a):
-    """S * a."""
+    """Product s a."""
     return s * a[0], s * a[1], s * a[2]
 
 
 @kernel
 def dot(a, b):
-    """a . b."""
+    """Inner product a . b."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 @kernel
 def cross(a, b):
-    """a x b."""
+    """Cross product a x b."""
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
@@ -98,7 +98,7 @@ def rotate_back(R, v):
 
 @kernel
 def multiply(A, B, out):
-    """A B of (3, 3) arrays into ``out``, which is neither of them."""
+    """Product A B of (3, 3) arrays into ``out``, which is neither of them."""
     for i in range(3):
         for j in range(3):
             out[i, j] = A[i, 0] * B[0, j] + A[i, 1] * B[1, j] + A[i, 2] * B[2, j]
@@ -117,7 +117,9 @@ def set_rotation_about(axis, angle, out):
 
 @kernel
 def solve_positive_definite(A, B, n):
-    """Solve A X = B for the leading (n, n) block by Cholesky; both are overwritten, X stands in the first n rows of B.
+    """Solve A X = B for the leading (n, n) block by Cholesky.
+
+    Both are overwritten; X stands in the first n rows of B.
 
     Rows of a block that has lost rank (pivot below 1e-12 of its diagonal) get X = 0.
     """

@@ -84,7 +84,7 @@ class Hand:
 
     def pose(self, joints: ArrayLike, object_from_palm: ArrayLike | None = None) -> HandPose:
         """Links, pads and Jacobians at ``joints`` (N,) [rad], in the palm frame or the frame given by a (4, 4) pose."""
-        pose = empty_pose(self.arrays)
+        pose: HandPose = empty_pose(self.arrays)
         pose.joints[:] = joints
         if object_from_palm is not None:
             pose.palm_rotation[:] = np.asarray(object_from_palm)[:3, :3]
@@ -111,8 +111,7 @@ class Hand:
     @cached_property
     def _shape_meshes(self) -> list[trimesh.Trimesh]:
         return [
-            shape_mesh(kind, size)
-            for kind, size in zip(self.arrays.shape_kinds, self.arrays.shape_sizes, strict=True)
+            shape_mesh(kind, size) for kind, size in zip(self.arrays.shape_kinds, self.arrays.shape_sizes, strict=True)
         ]
 
     def to_document(self) -> dict[str, Any]:

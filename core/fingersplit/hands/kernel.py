@@ -65,7 +65,8 @@ class HandPose(NamedTuple):
         link_positions: Link origins, (F, MAX_JOINTS, 3) [m].
         pads: Pad centres, (F, 3) [m].
         pad_normals: Unit vectors out of the pads, (F, 3).
-        jacobians: Pad centre against the finger's own joints, ``J_q2c,i`` of [Fan2018] eq. (3b), (F, 3, MAX_JOINTS) [m/rad].
+        jacobians: Pad centre by the finger's own joints, ``J_q2c,i`` of [Fan2018] eq. (3b),
+            (F, 3, MAX_JOINTS) [m/rad].
     """
 
     palm_rotation: NDArray[np.float64]

@@ -1,0 +1,1 @@
+"""Objects: from a mesh file to a model that can be planned on."""

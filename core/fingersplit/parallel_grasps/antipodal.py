@@ -79,9 +79,7 @@ def _antipodal_pairs(
     return first[fits], ends[fits], alignment[fits]
 
 
-def _within_cone(
-    axes: NDArray[np.float64], half_angle: float, rng: np.random.Generator
-) -> NDArray[np.float64]:
+def _within_cone(axes: NDArray[np.float64], half_angle: float, rng: np.random.Generator) -> NDArray[np.float64]:
     """One random unit vector (n, 3) within ``half_angle`` [rad] of each axis, evenly over the cone's cap."""
     cosine = rng.uniform(math.cos(half_angle), 1.0, len(axes))
     turn = rng.uniform(0, 2 * np.pi, len(axes))
@@ -90,9 +88,7 @@ def _within_cone(
     second = np.cross(axes, first)
     sine = np.sqrt(1 - cosine**2)
     return np.asarray(
-        cosine[:, None] * axes
-        + (sine * np.cos(turn))[:, None] * first
-        + (sine * np.sin(turn))[:, None] * second
+        cosine[:, None] * axes + (sine * np.cos(turn))[:, None] * first + (sine * np.sin(turn))[:, None] * second
     )
 
 

@@ -1,0 +1,1 @@
+"""What makes a grasp good: the objective, metrics and the forces that hold."""

@@ -36,9 +36,7 @@ def holding_forces(space: WrenchSpace, mass: float) -> NDArray[np.float64] | Non
     return worst_forces
 
 
-def _least_forces(
-    space: WrenchSpace, carried: NDArray[np.float64]
-) -> tuple[float, NDArray[np.float64]] | None:
+def _least_forces(space: WrenchSpace, carried: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]] | None:
     """Cone forces whose resultant at the centre of mass is ``carried`` (3,) [N], and their largest normal part [N]."""
     edges = space.cone_forces()  # (F, E, 3), normal part 1 each
     fingers, edge_count, _ = edges.shape

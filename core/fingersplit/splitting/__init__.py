@@ -1,0 +1,1 @@
+"""The paper: Map, CPO, PPO and their loop."""

@@ -10,7 +10,7 @@ from fingersplit.splitting.clock import seconds
 from fingersplit.splitting.state import QUALITY, attach_contacts, copy_state, evaluate, place_hand
 from fingersplit.splitting.trace import CPO, record
 from fingersplit.splitting.tracking import at_limit, track
-from fingersplit.vectors import add, get, norm, put, scale, solve_positive_definite, subtract
+from fingersplit.vectors import add, get, scale, solve_positive_definite, subtract
 
 __all__ = ["optimize_contacts", "tangent_step"]
 

@@ -16,6 +16,7 @@ from fingersplit.splitting.state import (
     attach_contacts,
     copy_state,
     evaluate,
+    evaluate_quality,
     measure_collision,
     pad_target,
     place_hand,
@@ -27,6 +28,8 @@ from fingersplit.vectors import dot, get, put, subtract
 __all__ = ["split_fingers"]
 
 SETTLE_ITERATIONS = 30
+SETTLED = 1e-5
+"""[m]; closer than this a fingertip counts as being on the surface."""
 
 
 @kernel
@@ -71,6 +74,8 @@ def _settle(problem, state, candidate, work, trace):
     The paper's gain closes a tenth of the gap per step, so a fingertip that slid along a curve may end inside it.
     """
     for _ in range(SETTLE_ITERATIONS):
+        if state.residuals.max() < SETTLED:
+            return
         copy_state(candidate, state)
         for finger in range(len(state.contacts)):
             error = subtract(pad_target(problem.hand, state, finger), get(state.pose.pads, finger))
@@ -87,11 +92,12 @@ def _settle(problem, state, candidate, work, trace):
 
 @kernel
 def _inspect(problem, state):
-    """Contacts and residuals against the triangles, penetration against every sample, for the final verdict."""
+    """Contacts, residuals and Q against the triangles, penetration against every sample, for the final verdict."""
     for finger in range(len(state.contacts)):
         pad = get(state.pose.pads, finger)
         distance, point = touch(problem.surface, pad, state.samples[finger])
         outside = dot(subtract(pad, point), get(state.normals, finger)) >= 0.0
         put(state.contacts, finger, point)
         state.residuals[finger] = abs((distance if outside else -distance) - problem.hand.pad_radii[finger])
+    evaluate_quality(problem, state)
     state.scores[PENETRATION] = penetration(problem.hand, state.pose, problem.surface.grid)

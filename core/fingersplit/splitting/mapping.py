@@ -1,8 +1,8 @@
 """The Map of Algorithm 3, line 2: a parallel grasp becomes a start for the multi-fingered hand.
 
-The palm takes the gripper's place: its approach axis along v_ap, its jaw axis through c_1 and c_2, the fingers of either
-group about their jaw's contact. How far the palm stands off and how the fingers are preshaped is searched; the best of
-all combinations by reach, pad alignment and clearance is the start.
+The palm takes the gripper's place: its approach axis along v_ap, its jaw axis through c_1 and c_2, the fingers of
+either group about their jaw's contact. How far the palm stands off and how the fingers are preshaped is searched; the
+best of all combinations by reach, pad alignment and clearance is the start.
 """
 
 import math
@@ -126,7 +126,9 @@ def _reach(problem, iterations, attached, state, work):
     for _ in range(iterations):
         for finger in range(len(state.contacts)):
             error = subtract(pad_target(problem.hand, state, finger), get(state.pose.pads, finger))
-            track(problem.hand, state.pose, finger, error, work, state.pose.joints)
+            # Aside first: track reads the old angles again for every joint that meets its limit.
+            track(problem.hand, state.pose, finger, error, work, work.joint_step)
+        state.pose.joints[:] = work.joint_step
         place_hand(problem, state, work)
         if attached:
             attach_contacts(problem, state)

@@ -1,8 +1,8 @@
 """Algorithm 2 of [Fan2018]: palm pose optimization (PPO). The contacts stand still, palm and joints move.
 
-As in the paper the object moves in the palm frame; written in object coordinates about the centre of mass, where the
-contacts are constant, eq. (6) reads v + omega x p_i = J_i q_dot_i with the object's body velocity (v, omega) and p_i the
-centre of finger i's pad on its contact (a ball joint there is the paper's rotational freedom of the contact).
+As in the paper the object moves in the palm frame. In object coordinates about the centre of mass the contacts are
+constant and eq. (6) reads v + omega x p_i = J_i q_dot_i, with the object's body velocity (v, omega) and p_i the centre
+of finger i's pad on its contact (a ball joint there is the paper's rotational freedom of the contact).
 """
 
 import math
@@ -155,7 +155,7 @@ def move_palm(twist, duration, center, old, rotations, new):
 
 @kernel
 def _project(problem, state, candidate, work):
-    """Lines 3 to 6: the palm takes its tangent step exactly, the joints track the contacts it leaves behind, eq. (9)."""
+    """Lines 3 to 6: the palm takes its tangent step, the joints track the contacts that stay behind, eq. (9)."""
     hand, settings = problem.hand, problem.settings
     copy_state(candidate, state)
     move_palm(work.twist, settings.time_step, problem.center, state.pose, work.rotations, candidate.pose)

@@ -10,6 +10,9 @@ from fingersplit.errors import SettingsError
 __all__ = ["KernelSettings", "PlannerSettings"]
 
 
+_KINDS: dict[type, str] = {float: "a number", int: "a whole number", bool: "true or false"}
+
+
 def _setting(default: float, unit: str, doc: str, low: float, high: float) -> Any:
     return field(default=default, metadata={"unit": unit, "doc": doc, "low": low, "high": high})
 
@@ -42,12 +45,14 @@ class PlannerSettings:
 
     def __post_init__(self) -> None:
         for setting in fields(self):
-            value, low, high = getattr(self, setting.name), setting.metadata["low"], setting.metadata["high"]
-            kinds = {"float": (int, float), "int": (int,), "bool": (bool,)}[str(setting.type.__name__)]  # type: ignore[union-attr]
-            if not isinstance(value, kinds) or (isinstance(value, bool) and setting.type is not bool):
-                raise SettingsError(f"Planner setting {setting.name!r} must be of type {setting.type.__name__}, got {value!r}.")  # type: ignore[union-attr]
+            value, kind = getattr(self, setting.name), type(setting.default)
+            accepted = (float, int) if kind is float else (kind,)
+            if type(value) not in accepted:
+                raise SettingsError(f"Planner setting {setting.name!r} must be {_KINDS[kind]}, got {value!r}.")
+            low, high = setting.metadata["low"], setting.metadata["high"]
             if not low <= value <= high:
                 raise SettingsError(f"Planner setting {setting.name!r} is {value!r}; allowed: {low:g} to {high:g}.")
+            object.__setattr__(self, setting.name, kind(value))
 
     @classmethod
     def from_document(cls, document: dict[str, Any]) -> Self:
@@ -64,12 +69,12 @@ class PlannerSettings:
 
     def for_kernels(self) -> "KernelSettings":
         """The same values as the tuple that compiled code reads."""
-        typed = {f.name: f.type(getattr(self, f.name)) for f in fields(self)}  # type: ignore[operator]
-        return KernelSettings(**typed)
+        return KernelSettings(**asdict(self))
 
     def to_document(self) -> dict[str, Any]:
         """All values as plain JSON data."""
         return asdict(self)
 
 
-KernelSettings = namedtuple("KernelSettings", [setting.name for setting in fields(PlannerSettings)])  # type: ignore[misc]  # noqa: PYI024
+KernelSettings = namedtuple("KernelSettings", [s.name for s in fields(PlannerSettings)])  # type: ignore[misc]
+"""The settings as compiled code reads them, field for field."""

@@ -2,11 +2,12 @@
 
 import math
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from time import perf_counter
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fingersplit.grasp import Grasp
 from fingersplit.hands.hand import Hand
@@ -56,6 +57,7 @@ class Run:
         final: The grasp it ended with, contacts and residuals measured against the triangles.
         termination: Why it ended.
         violations: A sentence for every constraint the final grasp violates.
+        scores: Q, w1 Q_o, w2 Q_h and deepest penetration [m] of the final grasp, (4,).
         trace: Every accepted state.
         rounds: Outer iterations of Algorithm 3.
         cpo: Tangent searches of all CPO, the rejected ones included.
@@ -68,6 +70,7 @@ class Run:
     final: Grasp
     termination: Termination
     violations: tuple[str, ...]
+    scores: NDArray[np.float64]
     trace: Trace
     rounds: int
     cpo: int
@@ -82,11 +85,11 @@ class Run:
 
 def build_problem(model: ObjectModel, hand: Hand, settings: PlannerSettings) -> Problem:
     """Everything the kernels read, in one tuple."""
-    center = tuple(float(x) for x in model.center_of_mass)
-    return Problem(hand.arrays, model.surface, model.collision, center, settings.for_kernels())
+    x, y, z = model.center_of_mass.tolist()
+    return Problem(hand.arrays, model.surface, model.collision, (x, y, z), settings.for_kernels())
 
 
-def map_starts(problem: Problem, hand: Hand, grasps: Sequence[ParallelGrasp], count: int) -> list[Start]:
+def map_starts(problem: Problem, hand: Hand, grasps: Iterable[ParallelGrasp], count: int) -> list[Start]:
     """Map every parallel grasp with both finger assignments and keep the ``count`` most promising starts.
 
     A pair of contacts that already has a start in the list must do better to get another one, so the starts spread
@@ -98,9 +101,8 @@ def map_starts(problem: Problem, hand: Hand, grasps: Sequence[ParallelGrasp], co
     for grasp in grasps:
         for first, second in (grasp.contacts, grasp.contacts[::-1]):
             state = new_state(hand.arrays)
-            cost = map_grasp(
-                problem, hand.gripper, tuple(first), tuple(second), tuple(grasp.approach), standoffs, state, candidate, aim, work
-            )
+            jaws_and_approach = tuple(first), tuple(second), tuple(grasp.approach)
+            cost = map_grasp(problem, hand.gripper, *jaws_and_approach, standoffs, state, candidate, aim, work)
             if math.isfinite(cost):
                 mapped.append(Start(grasp, cost, state))
     uses: Counter[bytes] = Counter()
@@ -130,6 +132,7 @@ def split_start(problem: Problem, hand: Hand, start: Start) -> Run:
         final=_grasp(hand, state),
         termination=violated if violated is not None else _ENDS[end],
         violations=violations,
+        scores=state.scores.copy(),
         trace=Trace.from_arrays(arrays),
         rounds=rounds,
         cpo=cpo,

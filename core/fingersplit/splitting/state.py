@@ -24,6 +24,7 @@ __all__ = [
     "attach_contacts",
     "copy_state",
     "evaluate",
+    "evaluate_quality",
     "measure_collision",
     "new_state",
     "new_work",
@@ -178,12 +179,18 @@ def attach_contacts(problem, state):
 @kernel
 def evaluate(problem, state):
     """Residuals, pad angles and Q of a state whose pose and contacts are up to date."""
-    hand, settings = problem.hand, problem.settings
     for finger in range(len(state.contacts)):
-        gap = subtract(pad_target(hand, state, finger), get(state.pose.pads, finger))
+        gap = subtract(pad_target(problem.hand, state, finger), get(state.pose.pads, finger))
         state.residuals[finger] = norm(gap)
         inward = scale(-1.0, get(state.normals, finger))
         state.pad_angles[finger] = angle_between(get(state.pose.pad_normals, finger), inward)
+    evaluate_quality(problem, state)
+
+
+@kernel
+def evaluate_quality(problem, state):
+    """Q and its parts from contacts and joints."""
+    hand, settings = problem.hand, problem.settings
     state.scores[OBJECT_QUALITY] = settings.object_weight * object_quality(state.contacts)
     state.scores[HAND_QUALITY] = settings.hand_weight * manipulability(hand, state.pose.joints)
     state.scores[QUALITY] = state.scores[OBJECT_QUALITY] + state.scores[HAND_QUALITY]

@@ -59,10 +59,12 @@ class Trace:
     @classmethod
     def from_arrays(cls, arrays: TraceArrays) -> Self:
         """Copy of the rows in use, read-only."""
-        columns = [column[: arrays.length[0]].copy() for column in arrays[1:]]
-        for column in columns:
+        columns = {
+            name: column[: arrays.length[0]].copy() for name, column in arrays._asdict().items() if name != "length"
+        }
+        for column in columns.values():
             column.setflags(write=False)
-        return cls(*columns)
+        return cls(**columns)
 
     def __len__(self) -> int:
         return len(self.phases)

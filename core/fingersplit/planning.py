@@ -1,0 +1,158 @@
+"""The whole way on one screen: object and hand, parallel grasps, starts, finger splitting, ranked grasps."""
+
+import math
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from time import perf_counter
+from typing import TypeVar
+
+import numpy as np
+
+from fingersplit.errors import SettingsError
+from fingersplit.hands.hand import Hand
+from fingersplit.objects.model import ObjectModel
+from fingersplit.parallel_grasps.antipodal import sample_antipodal
+from fingersplit.parallel_grasps.parallel_grasp import ParallelGrasp
+from fingersplit.plan import Plan, PlannedGrasp
+from fingersplit.quality.assessment import assess
+from fingersplit.quality.forces import holding_forces
+from fingersplit.quality.metrics import WrenchSpace
+from fingersplit.splitting.settings import PlannerSettings
+from fingersplit.splitting.starts import Run, build_problem, map_starts, split_start
+
+__all__ = ["plan"]
+
+APPROACHES = 8
+"""Approach directions about the jaw axis that are tried for every antipodal pair."""
+
+Progress = Callable[[str, float], None]
+Item = TypeVar("Item")
+
+
+def plan(
+    model: ObjectModel,
+    hand: Hand,
+    parallel_grasps: Sequence[ParallelGrasp] | None = None,
+    *,
+    starts: int = 64,
+    seed: int = 0,
+    top_k: int = 10,
+    settings: PlannerSettings | None = None,
+    progress: Progress | None = None,
+) -> Plan:
+    """Plan grasps of an object: the same arguments give the same grasps, bit for bit on the same machine.
+
+    Args:
+        model: The object, from ``prepare_object``.
+        hand: The hand, from ``load_hand``.
+        parallel_grasps: Two-contact grasps to start from, each taken with both finger assignments; None to have
+            antipodal ones found.
+        starts: Most runs of the finger splitting.
+        seed: Seed of every random choice.
+        top_k: Most grasps to return.
+        settings: Parameters of the splitting; None for the defaults.
+        progress: Called with a stage name and the share of that stage that is done, 0..1.
+
+    Returns:
+        Ranked grasps: feasible ones first, then by Ferrari-Canny metric, then by Q. When no grasp is feasible, the best
+        infeasible ones with what they violate, and a message that says why.
+
+    Raises:
+        SettingsError: ``starts`` or ``top_k`` below 1, or a negative seed.
+    """
+    _check(starts=starts, top_k=top_k, seed=seed)
+    settings = settings or PlannerSettings()
+    report = progress or (lambda _stage, _share: None)
+    seconds: dict[str, float] = {}
+    watch = _Watch(seconds)
+
+    report("parallel_grasps", 0.0)
+    if parallel_grasps is None:
+        parallel_grasps = sample_antipodal(
+            model,
+            max(1, starts // 2),
+            friction=settings.friction,
+            opening=hand.gripper.opening,
+            approaches=APPROACHES,
+            rng=np.random.default_rng(seed),
+        )
+    watch.lap("parallel_grasps")
+    problem = build_problem(model, hand, settings)
+    mapped = map_starts(problem, hand, _reported(parallel_grasps, "mapping", report), starts)
+    watch.lap("mapping")
+    runs = tuple(split_start(problem, hand, start) for start in _reported(mapped, "splitting", report))
+    watch.lap("splitting")
+    grasps = _rank(model, runs, top_k, settings)
+    watch.lap("ranking")
+    report("ranking", 1.0)
+    message = _message(len(parallel_grasps), runs, hand, settings)
+    return Plan(hand, model, seed, starts, runs, grasps, message, seconds)
+
+
+def _check(*, starts: int, top_k: int, seed: int) -> None:
+    for name, value, least in (("starts", starts, 1), ("top_k", top_k, 1), ("seed", seed, 0)):
+        if value < least:
+            raise SettingsError(f"{name} is {value}; it must be at least {least}.")
+
+
+class _Watch:
+    """Time since the last lap, by stage."""
+
+    def __init__(self, seconds: dict[str, float]) -> None:
+        self._seconds, self._since = seconds, perf_counter()
+
+    def lap(self, stage: str) -> None:
+        now = perf_counter()
+        self._seconds[stage], self._since = now - self._since, now
+
+
+def _reported(items: Sequence[Item], stage: str, report: Progress) -> Iterator[Item]:
+    for done, item in enumerate(items):
+        report(stage, done / len(items))
+        yield item
+    report(stage, 1.0)
+
+
+def _rank(model: ObjectModel, runs: Sequence[Run], top_k: int, settings: PlannerSettings) -> tuple[PlannedGrasp, ...]:
+    """The best ``top_k`` runs that are not nearly a better one."""
+    candidates = []
+    for run in runs:
+        space = WrenchSpace(
+            run.final.contacts, run.final.normals, settings.friction, model.center_of_mass, model.radius
+        )
+        candidates.append((run, space, assess(space, run.scores)))
+    candidates.sort(key=lambda c: (len(c[0].violations), -c[2].ferrari_canny, -c[2].quality))
+    kept: list[PlannedGrasp] = []
+    for run, space, metrics in candidates:
+        if len(kept) == top_k:
+            break
+        if not any(_nearly_same(run, better.run) for better in kept):
+            kept.append(PlannedGrasp(len(kept) + 1, run, metrics, holding_forces(space, model.mass)))
+    return tuple(kept)
+
+
+def _nearly_same(a: Run, b: Run) -> bool:
+    """Whether two grasps put the hand in nearly the same place: 5 mm and 0.1 rad."""
+    between = np.linalg.inv(a.final.object_from_palm) @ b.final.object_from_palm
+    angle = math.acos(min(1.0, max(-1.0, (np.trace(between[:3, :3]) - 1) / 2)))
+    return bool(np.linalg.norm(between[:3, 3]) < 5e-3 and angle < 0.1)
+
+
+def _message(grasps: int, runs: Sequence[Run], hand: Hand, settings: PlannerSettings) -> str:
+    feasible = sum(run.feasible for run in runs)
+    if feasible:
+        return f"{feasible} of {len(runs)} starts ended in a feasible grasp."
+    if grasps == 0:
+        low, high = (1e3 * x for x in hand.gripper.opening)
+        return (
+            f"No parallel grasp exists to start from: no two opposite surface points lie inside each other's friction "
+            f"cones (friction {settings.friction:g}) within the hand's opening of {low:g} to {high:g} mm."
+        )
+    if not runs:
+        return (
+            f"None of the {grasps} parallel grasps could be taken over by the hand: no standoff brings all fingertips "
+            f"within reach of the surface next to the two contacts."
+        )
+    ends = Counter(run.termination for run in runs)
+    reasons = ", ".join(f"{count} {end.label.replace('_', ' ')}" for end, count in ends.most_common())
+    return f"None of {len(runs)} starts ended in a feasible grasp: {reasons}. {ends.most_common(1)[0][0].advice}"

@@ -1,0 +1,42 @@
+"""Every metric of one finished grasp."""
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingersplit.quality.metrics import WrenchSpace, ferrari_canny, isotropy, volume
+
+__all__ = ["Metrics", "assess"]
+
+
+@dataclass(frozen=True)
+class Metrics:
+    """Numbers that compare grasps; larger is better in each.
+
+    Attributes:
+        quality: Q = w1 Q_o + w2 Q_h, what the splitting climbs [Fan2018].
+        object_quality: w1 Q_o, twice the area of the contact triangle [m^2].
+        manipulability: w2 Q_h, minus the joints' distance from mid-range.
+        isotropy: Smallest over largest singular value of the grasp matrix, 0..1 [Kim2001].
+        volume: Volume of the wrench ellipsoid [Li1988].
+        ferrari_canny: Largest wrench resisted in every direction by unit total normal force [Ferrari1992].
+    """
+
+    quality: float
+    object_quality: float
+    manipulability: float
+    isotropy: float
+    volume: float
+    ferrari_canny: float
+
+    def to_document(self) -> dict[str, Any]:
+        """The same as plain JSON data."""
+        return asdict(self)
+
+
+def assess(space: WrenchSpace, scores: NDArray[np.float64]) -> Metrics:
+    """Metrics of contacts whose Q, w1 Q_o and w2 Q_h stand first in ``scores``."""
+    quality, object_quality, manipulability = (float(score) for score in scores[:3])
+    return Metrics(quality, object_quality, manipulability, isotropy(space), volume(space), ferrari_canny(space))
