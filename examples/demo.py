@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from rich import box
 from rich.console import Console
 from rich.status import Status
 from rich.table import Table
@@ -83,19 +84,19 @@ def _show(status: Status, job: Job) -> None:
 
 
 def _table(result: PlanResult) -> Table:
-    table = Table(title=f"Grasps of the {result.object.name} with the {result.hand} hand")
-    for heading in ("rank", "feasible", "Ferrari-Canny", "Q", "palm position [mm]", "iterations"):
-        table.add_column(heading, justify="right")
+    caption = f"{result.summary.message} {result.timings_ms.total:.0f} ms in the planner."
+    table = Table(title=f"Grasps of the {result.object.name}, {result.hand} hand", caption=caption, box=box.SIMPLE_HEAD)
+    for heading in ("rank", "feasible", "Ferrari-Canny", "Q", "palm (mm)", "CPO/PPO"):
+        table.add_column(heading, justify="right", no_wrap=True)
     for grasp in result.grasps:
         table.add_row(
             str(grasp.rank),
             "yes" if grasp.feasible else "no",
             f"{grasp.metrics.ferrari_canny:.3f}",
             f"{grasp.metrics.quality:.5f}",
-            "  ".join(f"{1e3 * x:.1f}" for x in grasp.palm.position),
-            f"{grasp.iterations.cpo} CPO, {grasp.iterations.ppo} PPO",
+            " ".join(f"{1e3 * x:4.0f}" for x in grasp.palm.position),
+            f"{grasp.iterations.cpo}/{grasp.iterations.ppo}",
         )
-    table.caption = f"{result.summary.message} {result.timings_ms.total:.0f} ms in the planner."
     return table
 
 

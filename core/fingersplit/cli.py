@@ -150,10 +150,10 @@ def _table(document: dict[str, Any]) -> Table:
         title=f"{document['object']['name']}, {document['hand']}",
         caption=document["summary"]["message"],
         box=box.SIMPLE_HEAD,
-        padding=(0, 1),
+        collapse_padding=True,
         pad_edge=False,
     )
-    for heading in ("rank", "feasible", "Ferrari-Canny", "Q", "pad [rad]", "CPO/PPO", "ended"):
+    for heading in ("rank", "feasible", "Ferrari-Canny", "Q", "pad (rad)", "CPO/PPO", "ended"):
         table.add_column(heading, justify="left" if heading == "ended" else "right", no_wrap=True)
     for grasp in document["grasps"]:
         metrics, iterations = grasp["metrics"], grasp["iterations"]

@@ -133,7 +133,7 @@ def mug(
     handle = _bands(np.vstack([top, between, end]))
     faces = np.vstack([fans, quads[kept].reshape(-1, 3), handle.reshape(-1, 3)])
     used, corners = np.unique(faces, return_inverse=True)  # the middles of the holes are not
-    return Mesh(np.vstack([vertices, tube.reshape(-1, 3)])[used], corners.reshape(-1, 3))
+    return Mesh(np.vstack([vertices, tube.reshape(-1, 3)])[used], corners.reshape(-1, 3).astype(np.int32))
 
 
 PARAMETRIC_OBJECTS: dict[str, Callable[[], Mesh]] = {

@@ -1,6 +1,5 @@
 """Parallel grasps: what they are and where they come from."""
 
-from fingersplit.parallel_grasps.antipodal import sample_antipodal
 from fingersplit.parallel_grasps.parallel_grasp import ParallelGrasp
 
-__all__ = ["ParallelGrasp", "sample_antipodal"]
+__all__ = ["ParallelGrasp"]

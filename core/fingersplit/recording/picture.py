@@ -116,16 +116,15 @@ def _camera(scenes: Sequence[list[Layer]], states: tuple[GraspView, GraspView]) 
     approach = final.object_from_palm[:3, 2]
     body = scenes[1][0].vertices
     targets = np.vstack([np.repeat(final.contacts, 20, axis=0), body[:: max(1, len(body) // 200)]])
-    best, best_view = -1, approach
-    for angle in np.linspace(0, 2 * np.pi, 24, endpoint=False):
-        for height in (0.2, 0.6):
-            view = final.object_from_palm[:3, :2] @ (np.cos(angle), np.sin(angle)) - height * approach
-            view /= np.linalg.norm(view)
-            clear = int(unobstructed(hand_parts, targets + 0.02 * view, np.tile(view, (len(targets), 1))).sum())
-            if clear > best:
-                best, best_view = clear, view
+    turns = np.linspace(0, 2 * np.pi, 24, endpoint=False)
+    around = np.column_stack([np.cos(turns), np.sin(turns)]) @ final.object_from_palm[:3, :2].T
+    views = np.vstack([around - height * approach for height in (0.2, 0.6)])
+    views /= np.linalg.norm(views, axis=1, keepdims=True)
+    starts = (targets + 0.02 * views[:, None]).reshape(-1, 3)
+    clear = unobstructed(hand_parts, starts, np.repeat(views, len(targets), axis=0)).reshape(len(views), -1)
+    best_view = views[clear.sum(axis=1).argmax()]
     points = np.vstack([layer.vertices for layers in scenes for layer in layers])
-    return Camera.framing(points, best_view, -approach, size=(700, 640))
+    return Camera.framing(points, best_view, -approach, size=(540, 500))
 
 
 def _draw_curve(axes: Axes, curve: QualityCurve) -> None:

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import trimesh
@@ -123,9 +124,11 @@ class Camera:
         half = np.tan(self.field_of_view / 2)
         x = ((np.arange(width) + 0.5) * 2 - width) / height * half
         y = (height - (np.arange(height) + 0.5) * 2) / height * half
-        across, upwards = np.meshgrid(x, y)
-        seen = np.stack([across.ravel(), upwards.ravel(), np.full(across.size, -1.0)], axis=-1)
-        return np.asarray(_unit(seen @ self.axes), dtype=np.float32)
+        right, upward, viewer = self.axes.astype(np.float32)
+        across, upwards = x.astype(np.float32)[:, None], y.astype(np.float32)[:, None, None]
+        rays = across * right + upwards * upward - viewer
+        rays /= np.sqrt(np.einsum("ijk,ijk->ij", rays, rays))[..., None]
+        return np.asarray(rays.reshape(-1, 3), dtype=np.float32)
 
 
 def render(layers: list[Layer], camera: Camera, *, shadow: bool = True) -> NDArray[np.float64]:
@@ -156,7 +159,7 @@ def render(layers: list[Layer], camera: Camera, *, shadow: bool = True) -> NDArr
     )
     image = blocks.mean(axis=(1, 3), dtype=np.float64)
     image[..., :3] /= np.maximum(image[..., 3:], 1e-6)
-    return np.clip(image, 0.0, 1.0)
+    return np.asarray(np.clip(image, 0.0, 1.0))
 
 
 def unobstructed(
@@ -244,7 +247,7 @@ def _ground_shadow(
     return np.asarray(SHADOW * np.where(falling < -1e-3, shade, 0), dtype=np.float32)
 
 
-def _unit(vectors: NDArray[np.floating]) -> NDArray[np.floating]:
+def _unit(vectors: NDArray[Any]) -> NDArray[Any]:
     """The vectors at length one; zero stays zero."""
     lengths = np.linalg.norm(vectors, axis=-1, keepdims=True)
     return vectors / np.where(lengths > 0, lengths, 1)

@@ -45,7 +45,8 @@ class PlannerSettings:
 
     def __post_init__(self) -> None:
         for setting in fields(self):
-            value, kind = getattr(self, setting.name), type(setting.default)
+            value: Any = getattr(self, setting.name)
+            kind: type[Any] = type(setting.default)
             accepted = (float, int) if kind is float else (kind,)
             if type(value) not in accepted:
                 raise SettingsError(f"Planner setting {setting.name!r} must be {_KINDS[kind]}, got {value!r}.")

@@ -1,0 +1,35 @@
+# The service, with its kernels compiled. It listens on loopback inside the container, because there are no API keys yet.
+# To reach it from the host, and from nowhere else:
+#   docker build -t fingersplit .
+#   docker run --rm -p 127.0.0.1:8000:8000 -v fingersplit:/data \
+#     -e FINGERSPLIT_HOST=0.0.0.0 -e FINGERSPLIT_ALLOW_UNAUTHENTICATED=true fingersplit
+
+FROM python:3.11-slim AS build
+ENV PIP_DISABLE_PIP_VERSION_CHECK=1 PIP_NO_CACHE_DIR=1
+RUN python -m venv /opt/fingersplit
+ENV PATH=/opt/fingersplit/bin:$PATH
+COPY requirements/run.lock /src/requirements/run.lock
+RUN pip install --require-hashes -r /src/requirements/run.lock
+COPY core /src/core
+COPY clients /src/clients
+COPY service /src/service
+RUN pip install --no-deps --no-build-isolation /src/core /src/clients/python /src/service
+
+FROM python:3.11-slim
+ENV PATH=/opt/fingersplit/bin:$PATH \
+    PYTHONUNBUFFERED=1 \
+    MUJOCO_GL=disable \
+    NUMBA_CACHE_DIR=/var/cache/fingersplit \
+    FINGERSPLIT_DATA_DIR=/data
+RUN useradd --system --create-home fingersplit \
+    && mkdir -p /data "$NUMBA_CACHE_DIR" \
+    && chown fingersplit /data "$NUMBA_CACHE_DIR"
+COPY --from=build /opt/fingersplit /opt/fingersplit
+USER fingersplit
+# Compiled for the CPU of the machine that builds; on another kind of CPU the first start compiles again.
+RUN fingersplit warm
+VOLUME /data
+EXPOSE 8000
+HEALTHCHECK --interval=10s --timeout=3s --start-period=120s CMD ["python", "-c", "\
+import os, urllib.request as r; r.urlopen('http://127.0.0.1:' + os.environ.get('FINGERSPLIT_PORT', '8000') + '/readyz')"]
+CMD ["fingersplit", "serve"]

@@ -1,0 +1,20 @@
+"""What every wire type shares: strictness and the vectors."""
+
+from typing import Literal
+
+from pydantic import BaseModel, ConfigDict
+
+__all__ = ["Document", "Quaternion", "Unit", "Vector3"]
+
+Vector3 = tuple[float, float, float]
+"""Three numbers along x, y, z."""
+Quaternion = tuple[float, float, float, float]
+"""A unit quaternion, w first."""
+Unit = Literal["m", "mm", "cm", "in"]
+"""Length units a mesh file may be written in."""
+
+
+class Document(BaseModel):
+    """Nothing unknown passes and every number is finite, so the two ends cannot drift apart unseen."""
+
+    model_config = ConfigDict(extra="forbid", allow_inf_nan=False)

@@ -1,0 +1,181 @@
+"""The result document: the same in the API, in the client and on the command line."""
+
+from typing import Literal
+
+from pydantic import Field, JsonValue
+
+from fingersplit_client.schemas.base import Document, Quaternion, Vector3
+
+__all__ = [
+    "Contact",
+    "Grasp",
+    "GraspTimings",
+    "InitialState",
+    "Iterations",
+    "Metrics",
+    "Palm",
+    "ParallelGrasp",
+    "PlanResult",
+    "PlanSummary",
+    "PlanTimings",
+    "PlannedObject",
+    "Termination",
+]
+
+Termination = Literal[
+    "converged",
+    "stopped_by_collision",
+    "stopped_by_pad_angle",
+    "iteration_limit",
+    "contact_off_surface",
+    "pad_angle_violated",
+    "in_collision",
+    "joint_limit_violated",
+]
+"""Why a run of the planner ended."""
+
+
+class ParallelGrasp(Document):
+    """Two opposite contacts of a parallel-jaw gripper: what a finger-splitting run starts from."""
+
+    contacts: tuple[Vector3, Vector3] = Field(
+        description="The two contact points on the surface, object frame [m].",
+        examples=[[[0.03, 0.0, 0.05], [-0.03, 0.0, 0.05]]],
+    )
+    approach: Vector3 = Field(
+        description="Direction in which the palm moves towards the object, object frame, unit length.",
+        examples=[[0.0, 0.0, -1.0]],
+    )
+
+
+class Palm(Document):
+    """Where the palm is."""
+
+    position: Vector3 = Field(description="Origin of the palm frame in the object frame [m].")
+    wxyz: Quaternion = Field(description="Rotation from the palm frame to the object frame, unit quaternion.")
+
+
+class Contact(Document):
+    """One finger on the surface."""
+
+    finger: str = Field(description="Name of the finger.")
+    position: Vector3 = Field(description="Contact point on the surface, object frame [m].")
+    normal: Vector3 = Field(description="Surface normal at the contact, out of the object, object frame.")
+    fingertip: Vector3 = Field(description="Point of the pad that faces the contact, object frame [m].")
+    residual: float = Field(description="How far the pad is from just touching the contact [m].")
+    pad_angle: float = Field(description="Angle between the pad's normal and the inward surface normal [rad].")
+    force: Vector3 | None = Field(
+        description="Force of the finger on the object that carries its weight, object frame [N]; null where none can."
+    )
+
+
+class Metrics(Document):
+    """How good a grasp is; for every number more is better."""
+
+    quality: float = Field(description="What finger splitting climbs: Q = w1 Q_o + w2 Q_h, no unit.")
+    object_quality: float = Field(description="w1 Q_o: weight times twice the area of the contact triangle [m^2].")
+    manipulability: float = Field(
+        description="w2 Q_h: minus the weighted squared distance of the joints from mid-range, no unit."
+    )
+    isotropy: float = Field(description="Smallest over largest singular value of the grasp matrix, 0 to 1.")
+    volume: float = Field(
+        description="Volume of the wrench ellipsoid of unit contact forces, torques over the object's radius [N^6]."
+    )
+    ferrari_canny: float = Field(
+        description="Largest wrench resisted in every direction by normal forces of 1 N in total, torques "
+        "over the object's radius [N]."
+    )
+
+
+class Iterations(Document):
+    """How many iterations a run took."""
+
+    outer: int = Field(description="Rounds of contact and palm optimization.")
+    cpo: int = Field(description="Iterations of contact point optimization (CPO), over all rounds.")
+    ppo: int = Field(description="Iterations of palm pose optimization (PPO), over all rounds.")
+
+
+class GraspTimings(Document):
+    """Where the time of one run went."""
+
+    cpo_tangent_search: float = Field(description="CPO: searching along the surface [ms].")
+    cpo_projection_and_test: float = Field(description="CPO: returning to the surface and testing [ms].")
+    cpo_collision: float = Field(description="CPO: collision checks [ms].")
+    ppo_tangent_search: float = Field(description="PPO: searching for a better palm pose [ms].")
+    ppo_projection_and_test: float = Field(description="PPO: keeping the contacts and testing [ms].")
+    ppo_collision: float = Field(description="PPO: collision checks [ms].")
+    total: float = Field(description="The whole run [ms].")
+
+
+class InitialState(Document):
+    """What a run started from."""
+
+    parallel_grasp: ParallelGrasp = Field(description="The parallel grasp, object frame.")
+    palm: Palm = Field(description="The palm after the parallel grasp was mapped to the hand.")
+    joints: dict[str, float] = Field(description="Joint angles by name after mapping [rad].")
+    contacts: list[Contact] = Field(description="Contacts after mapping, one a finger.")
+    quality: float = Field(description="The planner's objective Q after mapping, no unit.")
+
+
+class Grasp(Document):
+    """One planned grasp."""
+
+    rank: int = Field(description="Place in the ranking, 1 is best.")
+    feasible: bool = Field(description="Whether every constraint holds.")
+    violations: list[str] = Field(description="A sentence for every constraint that does not hold.")
+    palm: Palm = Field(description="The palm's pose in the object frame.")
+    joints: dict[str, float] = Field(description="Joint angles by name [rad].")
+    contacts: list[Contact] = Field(description="Contacts, one a finger.")
+    metrics: Metrics = Field(description="How good the grasp is.")
+    termination: Termination = Field(description="Why the run ended.")
+    advice: str = Field(description="What the termination means and what to try, in a sentence.")
+    iterations: Iterations = Field(description="How many iterations the run took.")
+    timings_ms: GraspTimings = Field(description="Where the time of the run went [ms].")
+    initial: InitialState = Field(description="What the run started from.")
+    verification: dict[str, JsonValue] | None = Field(
+        description="Report of the grasp's verification in simulation; null when it was not verified."
+    )
+
+
+class PlannedObject(Document):
+    """An object as the planner saw it."""
+
+    id: str = Field(description="Id of the object: a hash of its checked mesh.")
+    name: str = Field(description="Name given by whoever uploaded it.")
+    extents: Vector3 = Field(description="Edge lengths of the axis-aligned bounding box, object frame [m].")
+    volume: float = Field(description="Enclosed volume [m^3].")
+    mass: float = Field(description="Mass at the density that the planner assumes [kg].")
+    center_of_mass: Vector3 = Field(description="Centre of mass, object frame [m].")
+    samples: int = Field(description="Number of surface samples.")
+    sample_spacing: float = Field(description="Mean distance between neighbouring samples [m].")
+
+
+class PlanSummary(Document):
+    """How the starts of a plan ended."""
+
+    started: int = Field(description="Starts that the hand could take over and that were run.")
+    feasible: int = Field(description="Starts that ended in a feasible grasp.")
+    terminations: dict[str, int] = Field(description="How often each termination occurred.")
+    message: str = Field(description="The outcome in a sentence.")
+
+
+class PlanTimings(Document):
+    """Where the time of a plan went."""
+
+    parallel_grasps: float = Field(description="Finding parallel grasps [ms].")
+    mapping: float = Field(description="Mapping them to the hand [ms].")
+    splitting: float = Field(description="Finger splitting, all starts [ms].")
+    ranking: float = Field(description="Judging and ranking the grasps [ms].")
+    total: float = Field(description="The whole plan [ms].")
+
+
+class PlanResult(Document):
+    """The outcome of a job, ranked grasps: one document in the API, the client and on the command line."""
+
+    hand: str = Field(description="Name of the hand.")
+    object: PlannedObject = Field(description="The object as the planner saw it.")
+    seed: int = Field(description="Seed of every random choice.")
+    starts: int = Field(description="How many starts were asked for.")
+    summary: PlanSummary = Field(description="How many starts came how far.")
+    timings_ms: PlanTimings = Field(description="Where the time of the plan went [ms].")
+    grasps: list[Grasp] = Field(description="Grasps, best first.")

@@ -1,0 +1,83 @@
+"""Objects, hands, and how the service is."""
+
+from datetime import datetime
+from typing import Literal
+
+from pydantic import Field
+
+from fingersplit_client.schemas.base import Document, Unit, Vector3
+
+__all__ = ["HandFinger", "HandInfo", "HandJoint", "Health", "IntakeReport", "ObjectInfo", "Readiness"]
+
+
+class IntakeReport(Document):
+    """What was found in a mesh file and what was repaired."""
+
+    file_type: str = Field(description="Format that was read.")
+    unit: Unit = Field(description="Length unit the file was taken to be in.")
+    vertices_in_file: int = Field(description="Vertices found.")
+    faces_in_file: int = Field(description="Triangles found, after polygons were split into triangles.")
+    vertices: int = Field(description="Vertices left.")
+    faces: int = Field(description="Triangles left.")
+    merged_vertices: int = Field(description="Vertices joined with one at the same place.")
+    unused_vertices: int = Field(description="Vertices dropped because no kept triangle has them.")
+    degenerate_faces: int = Field(description="Triangles dropped because they have no area.")
+    duplicate_faces: int = Field(description="Triangles dropped because another has the same corners.")
+    flipped_faces: int = Field(description="Triangles turned so that their normals point out of the object.")
+    components: int = Field(description="Separate parts of the surface.")
+    boundary_edges: int = Field(description="Edges of holes, with one triangle only.")
+    nonmanifold_edges: int = Field(description="Edges that more than two triangles share.")
+    watertight: bool = Field(description="Whether the surface is closed, with one outside.")
+    area: float = Field(description="Surface area [m^2].")
+    volume: float | None = Field(description="Enclosed volume [m^3]; null where the surface is not closed.")
+
+
+class ObjectInfo(Document):
+    """An uploaded object, checked and in metres."""
+
+    id: str = Field(description="Id of the object: a hash of its checked mesh, so equal meshes are one object.")
+    name: str = Field(description="Name given at the first upload.")
+    unit: Unit = Field(description="Length unit of the uploaded file; everything here is in metres.")
+    extents: Vector3 = Field(description="Edge lengths of the axis-aligned bounding box, object frame [m].")
+    volume: float = Field(description="Enclosed volume [m^3]; of the convex hull where the surface is open.")
+    center_of_mass: Vector3 = Field(description="Centre of the volume at even density, object frame [m].")
+    report: IntakeReport = Field(description="What was found in the file and what was repaired.")
+    created_at: datetime = Field(description="When the object was first uploaded, UTC.")
+
+
+class HandJoint(Document):
+    """One joint of a hand."""
+
+    name: str = Field(description="Name of the joint, as in a grasp's joints.")
+    lower: float = Field(description="Lower limit [rad].")
+    upper: float = Field(description="Upper limit [rad].")
+
+
+class HandFinger(Document):
+    """One finger of a hand."""
+
+    name: str = Field(description="Name of the finger, as in a grasp's contacts.")
+    joints: list[str] = Field(description="Names of its joints, from the palm to the fingertip.")
+    pad_radius: float = Field(description="Radius of its spherical pad [m].")
+
+
+class HandInfo(Document):
+    """A hand that can be planned for."""
+
+    name: str = Field(description="Name to use in a job.")
+    title: str = Field(description="Maker and model.")
+    fingers: list[HandFinger] = Field(description="Its fingers.")
+    joints: list[HandJoint] = Field(description="Its joints with their limits [rad].")
+
+
+class Health(Document):
+    """The process is up."""
+
+    status: Literal["ok"] = Field(default="ok", description="Always ok.")
+
+
+class Readiness(Document):
+    """Workers are warm: jobs start without delay."""
+
+    status: Literal["ready"] = Field(default="ready", description="Always ready.")
+    workers: int = Field(description="Number of warm worker processes.")

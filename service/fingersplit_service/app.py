@@ -1,0 +1,55 @@
+"""The application: endpoints, problem documents and limits around one runtime."""
+
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+
+from fastapi import FastAPI
+
+from fingersplit_service.body_limit import BodyLimit
+from fingersplit_service.endpoints import hands, health, jobs, objects
+from fingersplit_service.jobs.tasks import Tasks
+from fingersplit_service.openapi import DESCRIPTION, TAGS, describe
+from fingersplit_service.problems import add_problem_handlers
+from fingersplit_service.runtime import running
+from fingersplit_service.settings import ServiceSettings
+
+__all__ = ["create_app"]
+
+_MULTIPART_OVERHEAD = 64 * 1024  # boundaries, part headers, and the other fields [bytes]
+
+
+def create_app(settings: ServiceSettings | None = None, tasks: Tasks | None = None) -> FastAPI:
+    """Build the service; its workers start with the application's lifespan.
+
+    Args:
+        settings: By default those of the environment.
+        tasks: What the workers run; by default the planner.
+    """
+    chosen = settings or ServiceSettings()
+
+    @asynccontextmanager
+    async def lifespan(app: FastAPI) -> AsyncIterator[None]:
+        async with running(chosen, tasks or Tasks()) as runtime:
+            app.state.runtime = runtime
+            yield
+
+    def body_limit(method: str, path: str) -> int:
+        if (method, path) == ("POST", objects.PATH):
+            return chosen.max_upload_bytes + _MULTIPART_OVERHEAD
+        return chosen.max_request_bytes
+
+    app = FastAPI(
+        title="Fingersplit",
+        version="0.1.0",
+        summary="Grasp planning for multi-fingered hands over HTTP.",
+        description=DESCRIPTION,
+        openapi_tags=TAGS,
+        lifespan=lifespan,
+        redoc_url=None,
+    )
+    for resource in (objects, jobs, hands, health):
+        app.include_router(resource.router)
+    add_problem_handlers(app)
+    app.add_middleware(BodyLimit, limit_of=body_limit)
+    describe(app)
+    return app

@@ -1,0 +1,26 @@
+"""Whether the process is up, and whether its workers are warm."""
+
+from fastapi import APIRouter
+
+from fingersplit_client.schemas import Health, Readiness
+from fingersplit_service.openapi import problem_answers
+from fingersplit_service.problems import ProblemError, ProblemKind
+from fingersplit_service.runtime import RuntimeDependency
+
+__all__ = ["router"]
+
+router = APIRouter(tags=["health"])
+
+
+@router.get("/healthz", summary="Is the process up?", responses=problem_answers())
+async def healthz() -> Health:
+    """Answer as long as the event loop runs."""
+    return Health()
+
+
+@router.get("/readyz", summary="Are the workers warm?", responses=problem_answers(ProblemKind.NOT_READY))
+async def readyz(runtime: RuntimeDependency) -> Readiness:
+    """Answer 200 only when jobs start without delay; 503 while workers load and compile the planner."""
+    if not runtime.engine.ready:
+        raise ProblemError(ProblemKind.NOT_READY, "The workers are still starting; try again in a second.")
+    return Readiness(workers=runtime.engine.warm_workers)

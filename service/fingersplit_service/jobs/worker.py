@@ -1,0 +1,85 @@
+"""What runs in a worker process around each call: limits on itself, and reports of progress.
+
+Importing this module imports nothing numeric: a worker limits itself before it loads the planner.
+"""
+
+import ctypes
+import os
+import resource
+import signal
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from typing import Any, TypeVar
+
+__all__ = ["Birth", "Report", "begin", "execute", "report_progress"]
+
+Returned = TypeVar("Returned")
+
+_PR_SET_PDEATHSIG = 1
+_REPORT_INTERVAL = 0.05  # [s]
+
+
+@dataclass(frozen=True)
+class Birth:
+    """First message of a worker: its process id."""
+
+    pid: int
+
+
+@dataclass(frozen=True)
+class Report:
+    """How far a call is: its number, what it is doing, and the share of the work done."""
+
+    call: int
+    stage: str
+    progress: float
+
+
+@dataclass
+class _Reporter:
+    """Where this process reports to, and what it reported last."""
+
+    connection: Connection | None = None
+    call: int = 0
+    stage: str = ""
+    next_time: float = 0.0
+
+
+_reporter = _Reporter()
+
+
+def begin(connection: Connection, parent: int, memory_bytes: int) -> None:
+    """Set up a new worker process.
+
+    Args:
+        connection: Where reports go. Only this process holds the end, so it breaks when the process dies.
+        parent: Process id of the service; the worker ends with it.
+        memory_bytes: Largest address space.
+    """
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+    if os.getppid() != parent:  # it died before the line above
+        os._exit(1)
+    resource.setrlimit(resource.RLIMIT_AS, (memory_bytes, memory_bytes))
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    _reporter.connection = connection
+    connection.send(Birth(os.getpid()))
+
+
+def execute(call: int, function: Callable[..., Returned], arguments: tuple[Any, ...]) -> Returned:
+    """Run one call; what it reports carries its number."""
+    _reporter.call, _reporter.stage, _reporter.next_time = call, "", 0.0
+    return function(*arguments)
+
+
+def report_progress(stage: str, progress: float) -> None:
+    """Tell the service how far this call is; too frequent reports of one stage are dropped."""
+    now = time.monotonic()
+    if _reporter.connection is None or (stage == _reporter.stage and now < _reporter.next_time):
+        return
+    _reporter.stage, _reporter.next_time = stage, now + _REPORT_INTERVAL
+    _reporter.connection.send(Report(_reporter.call, stage, min(max(progress, 0.0), 1.0)))

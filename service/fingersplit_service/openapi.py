@@ -1,0 +1,79 @@
+"""The description of the interface: problem answers, and what only the planner knows."""
+
+from dataclasses import fields
+from typing import Any
+
+from fastapi import FastAPI
+from fastapi.openapi.utils import get_openapi
+
+from fingersplit.splitting.settings import PlannerSettings
+from fingersplit_client.schemas import Problem
+from fingersplit_service.problems import MEDIA_TYPE, ProblemKind
+
+__all__ = ["DESCRIPTION", "TAGS", "describe", "problem_answers"]
+
+DESCRIPTION = """\
+Upload a mesh, queue a job, get ranked grasps: palm pose, joint angles and contacts.
+
+* Lengths are in metres, angles in radians, forces in newtons, times in seconds or, where a name says so,
+  milliseconds.
+* Points and directions are in the object frame, the frame of the uploaded mesh. Surface normals point out of
+  the object.
+* Quaternions are `wxyz`, unit length, and rotate from the palm frame to the object frame.
+* Every error is a problem document (RFC 9457) with a stable `type`.
+"""
+TAGS = [
+    {"name": "objects", "description": "Meshes to plan for. Equal meshes are one object."},
+    {"name": "jobs", "description": "Plans: queued, run by a worker process, and kept."},
+    {"name": "hands", "description": "Hands that can be planned for."},
+    {"name": "health", "description": "For whoever operates the service."},
+]
+_PROBLEM_REFERENCE = {"$ref": "#/components/schemas/Problem"}
+
+
+def problem_answers(*kinds: ProblemKind) -> dict[int | str, dict[str, Any]]:
+    """The ``responses`` of an endpoint that may end in these kinds of problems, besides an internal error."""
+    answers: dict[int | str, dict[str, Any]] = {}
+    for kind in (*kinds, ProblemKind.INTERNAL):
+        answer = answers.setdefault(
+            kind.status,
+            {
+                "description": "",
+                "content": {"application/problem+json": {"schema": _PROBLEM_REFERENCE, "examples": {}}},
+            },
+        )
+        answer["description"] = f"{answer['description']} {kind.title} (`{kind.uri}`).".lstrip()
+        example = kind.document(kind.title + ".").model_dump(exclude_defaults=True)
+        answer["content"][MEDIA_TYPE]["examples"][kind.uri] = {"value": example}
+    return answers
+
+
+def describe(app: FastAPI) -> None:
+    """Complete the generated description of ``app``."""
+
+    def openapi() -> dict[str, Any]:
+        if app.openapi_schema is None:
+            app.openapi_schema = _complete_schema(app)
+        return app.openapi_schema
+
+    app.openapi = openapi  # type: ignore[method-assign]  # FastAPI's documented way
+
+
+def _complete_schema(app: FastAPI) -> dict[str, Any]:
+    schema = get_openapi(
+        title=app.title,
+        version=app.version,
+        summary=app.summary,
+        description=app.description,
+        routes=app.routes,
+        tags=app.openapi_tags,
+    )
+    components = schema["components"]["schemas"]
+    problem = Problem.model_json_schema(ref_template="#/components/schemas/{model}")
+    components.update(problem.pop("$defs"), Problem=problem)
+    planner = components["JobCreate"]["properties"]["planner"]
+    planner["description"] += " Known settings:\n" + "\n".join(
+        f"* `{one.name}` [{one.metadata['unit'] or 'flag'}], default {one.default}: {one.metadata['doc']}"
+        for one in fields(PlannerSettings)
+    )
+    return schema

@@ -1,0 +1,94 @@
+"""Files of the service: where they stand, and writes that leave either the whole file or none."""
+
+import fcntl
+import os
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from uuid import uuid4
+
+__all__ = ["DataDirectoryInUse", "Storage"]
+
+
+class DataDirectoryInUse(Exception):  # noqa: N818 -- names what is the case
+    """Another service works on the same data directory."""
+
+
+@dataclass(frozen=True)
+class Storage:
+    """The data directory; a plain value, so worker processes hold the same.
+
+    Attributes:
+        root: The directory.
+    """
+
+    root: Path
+
+    @property
+    def database(self) -> Path:
+        """The job table."""
+        return self.root / "fingersplit.sqlite3"
+
+    @property
+    def staging(self) -> Path:
+        """Unfinished files; on the file system of the finished ones, so they can be renamed into place."""
+        return self.root / "staging"
+
+    def mesh(self, object_id: str) -> Path:
+        """The checked mesh of an object: arrays ``vertices`` [m] and ``faces``."""
+        return self.root / "objects" / f"{object_id}.npz"
+
+    def traces(self, job_id: str) -> Path:
+        """What a job's planner went through."""
+        return self.root / "jobs" / job_id / "traces.npz"
+
+    def picture(self, job_id: str, rank: int) -> Path:
+        """The picture of one grasp."""
+        return self.root / "jobs" / job_id / f"grasp-{rank}.png"
+
+    def staged(self, suffix: str) -> Path:
+        """A name nobody has for an unfinished file."""
+        return self.staging / f"{uuid4().hex}{suffix}"
+
+    @contextmanager
+    def lock(self) -> Iterator[None]:
+        """Hold the directory for this process, and clear what a dead one left unfinished.
+
+        Raises:
+            DataDirectoryInUse: Another process holds it.
+        """
+        self.root.mkdir(parents=True, exist_ok=True)
+        with (self.root / "lock").open("w") as holder:
+            try:
+                fcntl.flock(holder, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                raise DataDirectoryInUse(
+                    f"Another service works on {self.root}; stop it, or choose another data directory."
+                ) from None
+            shutil.rmtree(self.staging, ignore_errors=True)
+            self.staging.mkdir()
+            yield
+
+    @contextmanager
+    def atomic(self, path: Path) -> Iterator[Path]:
+        """Give a staged path to write to; once written without error it becomes ``path``, on disk."""
+        staged = self.staged(path.suffix)
+        try:
+            yield staged
+            _sync(staged)
+            path.parent.mkdir(parents=True, exist_ok=True)
+            staged.replace(path)
+            _sync(path.parent)
+        finally:
+            staged.unlink(missing_ok=True)
+
+
+def _sync(path: Path) -> None:
+    """Flush a file, or the names in a directory, to disk."""
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)

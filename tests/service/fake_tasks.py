@@ -1,0 +1,122 @@
+"""What workers run in place of the planner: a canned plan, and every way a job can go wrong.
+
+The seed of a job says how it goes; the module is imported by worker processes too.
+"""
+
+import json
+import os
+import signal
+import time
+from pathlib import Path
+from typing import Any
+
+from fingersplit_service.jobs.tasks import JobOutcome, Tasks, inspect_object
+from fingersplit_service.jobs.worker import report_progress
+from fingersplit_service.storage import Storage
+
+FINE, DIES, DIES_ONCE, HANGS, HANGS_ONCE, RAISES, TOO_MUCH_MEMORY, WAITS, NO_GRASP = range(9)
+
+HAND = {
+    "name": "barrett",
+    "title": "A hand",
+    "fingers": [{"name": "finger1", "joints": ["finger1_base"], "pad_radius": 0.01}],
+    "joints": [{"name": "finger1_base", "lower": 0.0, "upper": 2.4}],
+}
+PICTURE = b"\x89PNG\r\n\x1a\n"
+
+
+def warm() -> list[dict[str, Any]]:
+    return [HAND]
+
+
+def plan(storage: Storage, job_id: str, object_id: str, object_name: str, request: str) -> JobOutcome:
+    asked = json.loads(request)
+    storage.traces(job_id).parent.mkdir(parents=True, exist_ok=True)
+    report_progress("splitting", 0.5)
+    _go(asked["seed"], storage.root / f"{job_id}.first", storage.root / "go")
+    document = result_document(object_id, object_name, asked)
+    return JobOutcome(json.dumps(document), len(document["grasps"]))
+
+
+def _go(how: int, first: Path, go: Path) -> None:
+    again = first.exists()
+    first.touch()
+    if how == DIES or (how == DIES_ONCE and not again):
+        os.kill(os.getpid(), signal.SIGKILL)
+    elif how == HANGS or (how == HANGS_ONCE and not again):
+        max(range(10**15))  # in C, holding the interpreter's lock
+    elif how == RAISES:
+        raise RuntimeError("secret of the inside")
+    elif how == TOO_MUCH_MEMORY:
+        bytearray(10**15)
+    elif how == WAITS:
+        while not go.exists():
+            time.sleep(0.01)
+
+
+def draw(storage: Storage, job_id: str, object_id: str, rank: int) -> None:
+    with storage.atomic(storage.picture(job_id, rank)) as staged:
+        staged.write_bytes(PICTURE + bytes([rank]))
+
+
+TASKS = Tasks(warm=warm, inspect=inspect_object, plan=plan, draw=draw)
+
+
+def result_document(object_id: str, object_name: str, asked: dict[str, Any]) -> dict[str, Any]:
+    feasible = asked["seed"] != NO_GRASP
+    contact = {
+        "finger": "finger1",
+        "position": [0.03, 0.0, 0.0],
+        "normal": [1.0, 0.0, 0.0],
+        "fingertip": [0.04, 0.0, 0.0],
+        "residual": 0.0,
+        "pad_angle": 0.1,
+        "force": None,
+    }
+    state = {
+        "palm": {"position": [0.0, 0.0, 0.2], "wxyz": [1.0, 0.0, 0.0, 0.0]},
+        "joints": {"finger1_base": 1.0},
+        "contacts": [contact],
+    }
+    stages = ("tangent_search", "projection_and_test", "collision")
+    grasp = state | {
+        "rank": 1,
+        "feasible": feasible,
+        "violations": [] if feasible else ["A pad leans too far."],
+        "metrics": dict.fromkeys(
+            ("quality", "object_quality", "manipulability", "isotropy", "volume", "ferrari_canny"), 0.5
+        ),
+        "termination": "converged" if feasible else "stopped_by_pad_angle",
+        "advice": "Nothing to do.",
+        "iterations": {"outer": 1, "cpo": 2, "ppo": 3},
+        "timings_ms": {f"{phase}_{stage}": 0.1 for phase in ("cpo", "ppo") for stage in stages} | {"total": 0.6},
+        "initial": state
+        | {
+            "parallel_grasp": {"contacts": [[0.03, 0, 0], [-0.03, 0, 0]], "approach": [0, 0, -1]},
+            "quality": 0.1,
+        },
+        "verification": None,
+    }
+    return {
+        "hand": asked["hand"],
+        "object": {
+            "id": object_id,
+            "name": object_name,
+            "extents": [0.06, 0.06, 0.12],
+            "volume": 4e-4,
+            "mass": 0.2,
+            "center_of_mass": [0.0, 0.0, 0.0],
+            "samples": 30000,
+            "sample_spacing": 0.001,
+        },
+        "seed": asked["seed"],
+        "starts": asked["starts"],
+        "summary": {
+            "started": asked["starts"],
+            "feasible": int(feasible),
+            "terminations": {grasp["termination"]: 1},
+            "message": f"{int(feasible)} of {asked['starts']} starts ended in a feasible grasp.",
+        },
+        "timings_ms": {"parallel_grasps": 1.0, "mapping": 1.0, "splitting": 1.0, "ranking": 1.0, "total": 4.0},
+        "grasps": [grasp],
+    }

@@ -1,0 +1,184 @@
+"""Workers and whole services die; what was accepted is finished all the same."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+
+import anyio
+import httpx2
+import pytest
+from fake_tasks import DIES, DIES_ONCE, FINE, HANGS, HANGS_ONCE, WAITS
+
+from fingersplit_service.jobs.engine import Priority
+
+SERVER = Path(__file__).with_name("serve_fakes.py")
+
+
+def children(pid: int) -> list[int]:
+    """Worker processes of a service."""
+    found = []
+    for folder in Path("/proc").glob("[0-9]*"):
+        try:
+            parent = int((folder / "stat").read_text().rpartition(")")[2].split()[1])
+            command = (folder / "cmdline").read_text()
+        except (FileNotFoundError, ProcessLookupError):
+            continue
+        if parent == pid and "spawn_main" in command:
+            found.append(int(folder.name))
+    return found
+
+
+def alive(pid: int) -> bool:
+    """Whether a process runs; one that ended and waits to be reaped does not."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except FileNotFoundError:
+        return False
+
+
+def wait_until(condition: Callable[[], bool], seconds: float = 20) -> None:
+    """Look again and again; fail when it does not come true in time."""
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end, "it did not come true in time"
+        time.sleep(0.02)
+
+
+@contextmanager
+def serving(data_dir: Path, port: int) -> Iterator[tuple[subprocess.Popen, httpx2.Client]]:
+    """A service in a process of its own, ready; killed at the end."""
+    process = subprocess.Popen([sys.executable, str(SERVER), str(data_dir), str(port)])
+    with ExitStack() as stack:
+        stack.callback(process.wait)
+        stack.callback(process.kill)
+        http = stack.enter_context(httpx2.Client(base_url=f"http://127.0.0.1:{port}"))
+
+        def ready() -> bool:
+            assert process.poll() is None
+            try:
+                return http.get("/readyz").status_code == 200
+            except httpx2.TransportError:
+                return False
+
+        wait_until(ready)
+        yield process, http
+
+
+@pytest.mark.anyio
+async def test_a_job_whose_worker_is_killed_is_run_again(api):
+    job_id = await api.queue(HANGS_ONCE)
+    first = api.app.state.runtime.storage.root / f"{job_id}.first"
+    with anyio.fail_after(10):
+        while not first.exists():
+            await anyio.sleep(0.01)
+    (worker,) = children(os.getpid())
+    os.kill(worker, signal.SIGKILL)
+
+    assert (await api.ended(job_id))["state"] == "succeeded"
+    assert children(os.getpid()) != [worker]
+
+
+@pytest.mark.anyio
+async def test_a_job_that_kills_its_worker_once_succeeds_and_twice_fails(api):
+    once, twice, after = await api.queue(DIES_ONCE), await api.queue(DIES), await api.queue(FINE)
+
+    assert (await api.ended(once))["state"] == "succeeded"
+    failed = await api.ended(twice)
+    assert (failed["state"], failed["error"]["code"]) == ("failed", "worker_died")
+    assert "2 times" in failed["error"]["detail"]
+    assert (await api.ended(after))["state"] == "succeeded"
+
+
+@pytest.mark.anyio
+async def test_an_idle_worker_that_dies_is_replaced(api):
+    await api.ended(await api.queue(FINE))
+    (worker,) = children(os.getpid())
+    os.kill(worker, signal.SIGKILL)
+    await anyio.sleep(0.05)
+
+    assert (await api.http.get("/readyz")).status_code == 503
+    assert (await api.ended(await api.queue(FINE)))["state"] == "succeeded"
+    assert (await api.http.get("/readyz")).json()["workers"] == 1
+
+
+@pytest.mark.anyio
+async def test_a_worker_that_was_replaced_meanwhile_is_not_given_to_two(api):
+    engine = api.app.state.runtime.engine
+    async with engine.worker(Priority.ANSWER) as worker:
+        worker.kill()
+        with anyio.fail_after(20):
+            while engine.ready:
+                await anyio.sleep(0.005)
+            while not engine.ready:
+                await anyio.sleep(0.005)
+    async with engine.worker(Priority.ANSWER):
+        with anyio.move_on_after(0.2) as waiting:
+            async with engine.worker(Priority.ANSWER):
+                pass
+        assert waiting.cancelled_caught
+    assert (await api.ended(await api.queue(FINE)))["state"] == "succeeded"
+
+
+@pytest.mark.anyio
+async def test_the_other_worker_goes_on(start, tmp_path):
+    async with start(tmp_path, workers=2) as api:
+        hanging, dying = await api.queue(HANGS), await api.queue(DIES)
+        assert (await api.ended(dying))["state"] == "failed"
+        assert (await api.job(hanging))["state"] == "running"
+        assert (await api.ended(await api.queue(FINE)))["state"] == "succeeded"
+
+
+@pytest.mark.anyio
+async def test_a_stopped_service_leaves_its_running_jobs_queued(start, tmp_path):
+    others = children(os.getpid())
+    async with start(tmp_path) as api:
+        running, queued = await api.queue(WAITS), await api.queue(FINE)
+        await api.ended(running, ("running",))
+    assert children(os.getpid()) == others
+
+    (tmp_path / "go").touch()
+    async with start(tmp_path) as api:
+        for job_id in (running, queued):
+            assert (await api.ended(job_id))["state"] == "succeeded"
+
+
+def test_a_killed_service_takes_its_workers_with_it_and_finishes_its_jobs_later(tmp_path, unused_port, cube):
+    with serving(tmp_path, unused_port) as (process, http):
+        object_id = http.post("/v1/objects", files={"file": ("c.off", cube)}, data={"unit": "cm"}).json()["id"]
+        seeds = [HANGS_ONCE, HANGS_ONCE, FINE]
+        jobs = [http.post("/v1/jobs", json={"object_id": object_id, "seed": seed}).json()["id"] for seed in seeds]
+        wait_until(lambda: len(list(tmp_path.glob("*.first"))) == 2)
+        workers = children(process.pid)
+        assert len(workers) == 2
+        process.kill()
+        process.wait()
+        wait_until(lambda: not any(alive(worker) for worker in workers), 2)
+
+    with serving(tmp_path, unused_port) as (_, http):
+        states = lambda: [http.get(f"/v1/jobs/{job}").json()["state"] for job in jobs]  # noqa: E731
+        wait_until(lambda: states() == ["succeeded"] * 3)
+
+
+@pytest.mark.parametrize("stop", [signal.SIGINT, signal.SIGTERM])
+def test_a_service_told_to_stop_leaves_nothing_running(tmp_path, unused_port, cube, stop):
+    with serving(tmp_path, unused_port) as (process, http):
+        object_id = http.post("/v1/objects", files={"file": ("c.off", cube)}, data={"unit": "cm"}).json()["id"]
+        http.post("/v1/jobs", json={"object_id": object_id, "seed": HANGS})
+        wait_until(lambda: len(list(tmp_path.glob("*.first"))) == 1)
+        workers = children(process.pid)
+        process.send_signal(stop)
+        process.wait(5)
+        assert not any(alive(worker) for worker in workers)
+
+
+@pytest.mark.anyio
+async def test_one_data_directory_serves_one_service(start, tmp_path):
+    async with start(tmp_path):
+        with pytest.raises(Exception, match="Another service works on"):
+            async with start(tmp_path):
+                pass

@@ -1,0 +1,125 @@
+"""The description of the interface, and the shape of every refusal."""
+
+from dataclasses import fields
+
+import fastapi
+import httpx2
+import pytest
+from fake_tasks import TASKS
+
+from fingersplit.splitting.settings import PlannerSettings
+from fingersplit_client.schemas import Problem
+from fingersplit_service.app import create_app
+from fingersplit_service.settings import ServiceSettings
+
+pytestmark = pytest.mark.anyio
+
+
+@pytest.fixture(scope="module")
+def schema(tmp_path_factory) -> dict:
+    return create_app(ServiceSettings(data_dir=tmp_path_factory.mktemp("unused")), TASKS).openapi()
+
+
+async def test_everything_is_described(schema):
+    missing = []
+    for name, component in schema["components"]["schemas"].items():
+        for field, one in component.get("properties", {}).items():
+            if not one.get("description"):
+                missing.append(f"{name}.{field}")
+    for path, methods in schema["paths"].items():
+        for method, operation in methods.items():
+            where = f"{method} {path}"
+            missing += [where for key in ("summary", "description", "tags") if not operation.get(key)]
+            missing += [
+                f"{where} {one['name']}" for one in operation.get("parameters", []) if not one.get("description")
+            ]
+            missing += [f"{where} {status}" for status, one in operation["responses"].items() if not one["description"]]
+    assert missing == []
+
+
+async def test_every_refusal_is_a_problem_document(schema):
+    for methods in schema["paths"].values():
+        for operation in methods.values():
+            refusals = [one for status, one in operation["responses"].items() if int(status) >= 400]
+            assert refusals
+            assert all(list(one["content"]) == ["application/problem+json"] for one in refusals)
+    assert "HTTPValidationError" not in schema["components"]["schemas"]
+
+
+async def test_references_lead_somewhere(schema):
+    def references(node):
+        if isinstance(node, dict):
+            if "$ref" in node:
+                yield node["$ref"]
+            for one in node.values():
+                yield from references(one)
+        elif isinstance(node, list):
+            for one in node:
+                yield from references(one)
+
+    known = {f"#/components/schemas/{name}" for name in schema["components"]["schemas"]}
+    assert set(references(schema)) <= known
+
+
+async def test_planner_settings_are_listed(schema):
+    text = schema["components"]["schemas"]["JobCreate"]["properties"]["planner"]["description"]
+    assert all(f"`{setting.name}`" in text for setting in fields(PlannerSettings))
+
+
+async def test_requests_have_examples(schema):
+    content = schema["paths"]["/v1/jobs"]["post"]["requestBody"]["content"]["application/json"]
+    assert content["examples"]
+
+
+@pytest.mark.parametrize(
+    ("method", "path", "status", "kind"),
+    [
+        ("GET", "/nowhere", 404, "not-found"),
+        ("GET", "/v1/../../etc/passwd", 404, "not-found"),
+        ("DELETE", "/v1/hands", 405, "method-not-allowed"),
+        ("GET", "/v1/jobs/x/grasps/one/picture.png", 422, "invalid-request"),
+        ("GET", "/v1/jobs?limit=many", 422, "invalid-request"),
+    ],
+)
+async def test_refusals(api, method, path, status, kind):
+    response = await api.http.request(method, path)
+
+    problem = Problem.model_validate_json(response.content)
+    assert response.headers["Content-Type"] == "application/problem+json"
+    assert response.status_code == problem.status == status
+    assert problem.type == f"urn:fingersplit:problem:{kind}"
+    assert problem.title
+    assert problem.detail
+
+
+async def test_a_fault_shows_nothing_of_the_inside(api):
+    async def broken():
+        raise RuntimeError("secret of the inside")
+
+    api.app.router.routes.append(fastapi.routing.APIRoute("/broken", broken))
+    response = await api.http.get("/broken")
+    api.app.router.routes.pop()
+
+    assert response.status_code == 500
+    assert Problem.model_validate_json(response.content).type == "urn:fingersplit:problem:internal-error"
+    assert "secret" not in response.text
+
+
+async def test_health(api):
+    assert (await api.http.get("/healthz")).json() == {"status": "ok"}
+    assert (await api.http.get("/readyz")).json() == {"status": "ready", "workers": 1}
+    assert (await api.http.get("/docs")).status_code == 200
+
+
+async def test_before_the_workers_are_warm(tmp_path):
+    app = create_app(ServiceSettings(data_dir=tmp_path, workers=1), TASKS)
+    transport = httpx2.ASGITransport(app)
+    async with (
+        app.router.lifespan_context(app),
+        httpx2.AsyncClient(transport=transport, base_url="http://test") as http,
+    ):
+        assert (await http.get("/healthz")).status_code == 200
+        for path in ("/readyz", "/v1/hands"):
+            response = await http.get(path)
+            assert (response.status_code, response.headers["Retry-After"]) == (503, "1")
+            assert Problem.model_validate_json(response.content).type == "urn:fingersplit:problem:not-ready"

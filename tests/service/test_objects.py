@@ -1,0 +1,117 @@
+import pytest
+
+from fingersplit_client.schemas import ObjectInfo, Problem
+
+pytestmark = pytest.mark.anyio
+
+
+async def test_an_uploaded_mesh_is_an_object_in_metres(api):
+    response = await api.upload(api.cube(7), "my cube.OFF", unit="cm", name="die")
+
+    info = ObjectInfo.model_validate_json(response.content)
+    assert info.name == "die"
+    assert info.extents == pytest.approx((0.07, 0.07, 0.07))
+    assert info.volume == pytest.approx(0.07**3)
+    assert info.center_of_mass == pytest.approx((0.035, 0.035, 0.035))
+    assert info.report.watertight
+    assert response.headers["Location"] == f"/v1/objects/{info.id}"
+    assert (await api.http.get(response.headers["Location"])).json() == response.json()
+    assert info in [ObjectInfo.model_validate(one) for one in (await api.http.get("/v1/objects")).json()]
+
+
+async def test_the_same_mesh_is_one_object(api, cube):
+    first = await api.upload(cube, "a.off", unit="mm")
+    again = await api.upload(cube, "b.off", unit="mm", name="other")
+
+    assert (first.status_code, again.status_code) == (201, 200)
+    assert again.json() == first.json()
+    assert again.headers["Location"] == first.headers["Location"]
+
+
+async def test_the_name_of_the_file_is_the_default(api, cube):
+    response = await api.upload(cube, "path/to/dice.off", unit="in")
+    assert response.json()["name"] == "dice"
+
+
+@pytest.mark.parametrize(
+    ("filename", "status", "kind", "code"),
+    [
+        ("cube.xyz", 415, "unknown-format", "unknown_format"),
+        ("cube", 415, "unknown-format", None),
+        ("cube.../../x", 415, "unknown-format", None),
+        ("cube.stl", 422, "invalid-mesh", "not_stl"),
+    ],
+)
+async def test_a_file_that_is_no_mesh_is_refused(api, cube, filename, status, kind, code):
+    response = await api.upload(cube, filename)
+
+    problem = Problem.model_validate_json(response.content)
+    assert response.status_code == problem.status == status
+    assert problem.type == f"urn:fingersplit:problem:{kind}"
+    assert problem.errors[0].field == "/file"
+    assert code is None or problem.code == code
+
+
+@pytest.mark.parametrize(("fields", "field"), [({"unit": "furlong"}, "/unit"), ({"name": "n" * 201}, "/name")])
+async def test_a_field_that_is_not_valid_is_named(api, cube, fields, field):
+    response = await api.upload(cube, "cube.off", **fields)
+
+    assert response.status_code == 422
+    assert [error["field"] for error in response.json()["errors"]] == [field]
+
+
+async def test_a_file_is_needed(api):
+    response = await api.http.post("/v1/objects", data={"unit": "m"})
+    assert response.json()["errors"][0]["field"] == "/file"
+
+
+async def test_no_unfinished_file_is_left(api, cube):
+    await api.upload(cube, "cube.off", unit="m")
+    await api.upload(b"OFF", "cube.off", unit="m")
+    assert list(api.app.state.runtime.storage.staging.iterdir()) == []
+
+
+async def test_a_file_above_the_limit_is_refused(api):
+    response = await api.upload(b"0" * 1_100_000, "large.stl")
+
+    problem = Problem.model_validate_json(response.content)
+    assert problem.status == response.status_code == 413
+    assert problem.limit == 1_000_000 + 64 * 1024
+    assert str(problem.limit) in problem.detail
+
+
+async def test_the_limit_holds_without_an_announced_length(api):
+    sent = 0
+
+    async def endless():
+        nonlocal sent
+        yield b'--x\r\nContent-Disposition: form-data; name="file"; filename="a.stl"\r\n\r\n'
+        while sent < 100_000_000:
+            sent += 100_000
+            yield b"0" * 100_000
+
+    headers = {"Content-Type": "multipart/form-data; boundary=x"}
+    response = await api.http.post("/v1/objects", content=endless(), headers=headers)
+
+    assert response.status_code == 413
+    assert sent < 2_000_000
+
+
+async def test_multipart_that_cannot_be_read_is_a_bad_request(api):
+    headers = {"Content-Type": "multipart/form-data; boundary=x"}
+    response = await api.http.post("/v1/objects", content=b"nothing of the kind", headers=headers)
+    assert response.status_code in (400, 422)
+    assert response.headers["Content-Type"] == "application/problem+json"
+
+
+async def test_an_unknown_object_is_not_found(api):
+    response = await api.http.get("/v1/objects/nothing")
+    assert Problem.model_validate_json(response.content).type == "urn:fingersplit:problem:not-found"
+    assert response.status_code == 404
+
+
+async def test_the_list_has_a_limit(api, cube):
+    await api.upload(cube, "cube.off", unit="m")
+    await api.upload(cube, "cube.off", unit="cm")
+    assert len((await api.http.get("/v1/objects", params={"limit": 1})).json()) == 1
+    assert (await api.http.get("/v1/objects", params={"limit": 0})).status_code == 422
