@@ -36,20 +36,18 @@ def kernel(function: Function) -> Function:
 def kernel_cache_folder() -> Path:
     """Folder of the compiled kernels of exactly these sources.
 
-    Below ``NUMBA_CACHE_DIR`` when that is set, else the user's cache folder, else the temporary folder.
+    Below ``NUMBA_CACHE_DIR`` when that is set, else below the user's cache folder, else the temporary folder.
     """
     digest = hashlib.sha256()
     for source in sorted(_PACKAGE.rglob("*.py")):
         text = source.read_bytes()
         if b"@kernel" in text:
             digest.update(source.relative_to(_PACKAGE).as_posix().encode() + b"\0" + text)
-    name = f"fingersplit-kernels-{digest.hexdigest()[:16]}"
-    user_cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-    bases = [Path(config.CACHE_DIR)] if config.CACHE_DIR else [user_cache, Path(tempfile.gettempdir())]
-    for base in bases[:-1]:
-        if _is_writable(base):
-            return base / name
-    return bases[-1] / name
+    name = f"kernels-{digest.hexdigest()[:16]}"
+    if config.CACHE_DIR:
+        return Path(config.CACHE_DIR) / name
+    user_cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "fingersplit"
+    return (user_cache if _is_writable(user_cache) else Path(tempfile.gettempdir()) / "fingersplit") / name
 
 
 def _is_writable(folder: Path) -> bool:

@@ -49,15 +49,35 @@ class Mesh:
         return float(self.trimesh.area)
 
     @cached_property
+    def watertight(self) -> bool:
+        """Whether each side of a face is met by exactly one other, which runs the other way."""
+        # By two plain sorts, since trimesh's search for edges takes five times as long.
+        start = self.faces.astype(np.int64)
+        end = np.roll(start, -1, axis=1)
+        there = np.sort(start * len(self.vertices) + end, axis=None)
+        back = np.sort(end * len(self.vertices) + start, axis=None)
+        return bool((there == back).all() and (np.diff(there) > 0).all())
+
+    @cached_property
     def volume(self) -> float:
         """Enclosed volume [m^3]; of the convex hull where holes leave the surface open."""
-        return float(self.trimesh.volume if self.trimesh.is_watertight else self.trimesh.convex_hull.volume)
+        if not self.watertight:
+            return float(self.trimesh.convex_hull.volume)
+        # From tetrahedra; trimesh integrates the inertia along with it and takes five times as long.
+        return float(np.linalg.det(self._corners_from_middle).sum() / 6)
 
     @cached_property
     def center_of_mass(self) -> NDArray[np.float64]:
         """Centre of the enclosed volume at even density, (3,) [m]; of the hull where the surface is open."""
-        solid = self.trimesh if self.trimesh.is_watertight else self.trimesh.convex_hull
-        return np.asarray(solid.center_mass, dtype=np.float64)
+        if not self.watertight:
+            return np.asarray(self.trimesh.convex_hull.center_mass, dtype=np.float64)
+        corners = self._corners_from_middle
+        weights = np.linalg.det(corners)  # a tetrahedron's centre is the mean of its corners, the middle being one
+        return np.asarray(self.bounds.mean(axis=0) + weights @ corners.sum(axis=1) / (4 * weights.sum()))
+
+    @property
+    def _corners_from_middle(self) -> NDArray[np.float64]:
+        return np.asarray((self.vertices - self.bounds.mean(axis=0))[self.faces])  # (n_faces, 3 corners, 3)
 
     @cached_property
     def content_hash(self) -> str:

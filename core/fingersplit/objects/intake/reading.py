@@ -1,0 +1,164 @@
+"""From a file's bytes to a `Mesh`, step by step, with the refusals on the way."""
+
+from pathlib import Path
+
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+
+from fingersplit.errors import MeshError
+from fingersplit.objects.intake.cleaning import drop_needless_faces, faces_at_edges, merge_vertices, turn_outwards
+from fingersplit.objects.intake.parsing import CHECKS, parse
+from fingersplit.objects.intake.report import IntakeReport
+from fingersplit.objects.mesh import Mesh
+
+__all__ = ["LARGEST_EXTENT", "SMALLEST_EXTENT", "UNITS", "load_mesh", "read_mesh"]
+
+UNITS: dict[str, float] = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "in": 0.0254}
+"""Length units that a file may be in [m]."""
+LARGEST_EXTENT = 2.0
+"""Most that the longest edge of an object's bounding box may be [m]."""
+SMALLEST_EXTENT = 0.002
+"""Least that it may be [m]."""
+LEAST_PAIRED_SIDES = 0.5
+"""Least share of triangle sides that meet exactly one other triangle.
+
+In a closed surface all of them do, in a scan with holes more than 0.99, in a box without its lid 0.87; of
+triangles strewn at random or stacked around common edges hardly any. One half has room on both sides.
+"""
+
+_NO_AREA = 1e-12  # of the squared extent
+_NO_VOLUME = 1e-9  # of the cubed extent, a thousandth of a needle's
+_NO_THICKNESS = 1e-6  # of the extent
+
+
+def load_mesh(path: Path, unit: str = "m") -> tuple[Mesh, IntakeReport]:
+    """Read a mesh file whose suffix tells the format; see `read_mesh`.
+
+    Raises:
+        MeshError: As `read_mesh`, and ``unreadable`` where the file cannot be opened.
+    """
+    file_type = _known_format(path.suffix)
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise MeshError("unreadable", f"Cannot read {str(path)!r}: {error.strerror}.") from error
+    return read_mesh(data, file_type, unit)
+
+
+def read_mesh(data: bytes, file_type: str, unit: str = "m") -> tuple[Mesh, IntakeReport]:
+    """Turn a mesh file into a clean surface: repair what has one right answer, refuse the rest.
+
+    Coincident vertices are merged, degenerate and duplicate faces and unused vertices dropped, and faces
+    turned so that they run counter-clockwise seen from outside. The frame stays the file's.
+
+    Args:
+        data: The file's bytes.
+        file_type: Format, with or without a leading dot: stl, obj, ply, off or glb.
+        unit: Length unit of the file's numbers, a key of `UNITS`.
+
+    Returns:
+        The surface in metres, and what was found and done.
+
+    Raises:
+        MeshError: The file, or what it holds, is no graspable object; ``code`` names the fault.
+    """
+    if unit not in UNITS:
+        raise MeshError("unknown_unit", f"Unknown length unit {unit!r}; known units: {', '.join(UNITS)}.")
+    file_type = _known_format(file_type)
+    vertices, faces = parse(data, file_type)
+    _check_finite(vertices)
+    with np.errstate(over="ignore"):  # too large is refused next
+        surface = trimesh.Trimesh(vertices * UNITS[unit], faces, process=False)
+        surface.remove_unreferenced_vertices()
+        extent = _checked_extent(float(np.ptp(surface.vertices, axis=0).max()), unit)
+    merged = merge_vertices(surface, extent)
+    degenerate, duplicate = drop_needless_faces(surface, extent)
+    _check_area(surface.area, extent)
+    mesh, flipped, n_parts = turn_outwards(Mesh(surface.vertices, surface.faces))
+    n_faces_at_edges = faces_at_edges(mesh)
+    _check_solid(n_faces_at_edges)
+    _check_volume(mesh, extent)
+    return mesh, IntakeReport(
+        file_type=file_type,
+        unit=unit,
+        vertices_in_file=len(vertices),
+        faces_in_file=len(faces),
+        vertices=len(mesh.vertices),
+        faces=len(mesh.faces),
+        merged_vertices=merged,
+        unused_vertices=len(vertices) - merged - len(mesh.vertices),
+        degenerate_faces=degenerate,
+        duplicate_faces=duplicate,
+        flipped_faces=flipped,
+        components=n_parts,
+        boundary_edges=int(np.count_nonzero(n_faces_at_edges == 1)),
+        nonmanifold_edges=int(np.count_nonzero(n_faces_at_edges > 2)),
+        watertight=mesh.watertight,
+        area=mesh.area,
+        volume=mesh.volume if mesh.watertight else None,
+    )
+
+
+def _known_format(name: str) -> str:
+    file_type = name.lower().removeprefix(".")
+    if file_type not in CHECKS:
+        raise MeshError("unknown_format", f"Unknown mesh format {name!r}; known formats: {', '.join(CHECKS)}.")
+    return file_type
+
+
+def _check_finite(vertices: NDArray[np.float64]) -> None:
+    broken = ~np.isfinite(vertices).all(axis=1)
+    if broken.any():
+        first = int(np.argmax(broken))
+        raise MeshError(
+            "non_finite",
+            f"{np.count_nonzero(broken):,} of {len(vertices):,} vertices are not finite; the first is number "
+            f"{first + 1} with {tuple(vertices[first].tolist())}. Every coordinate must be a number.",
+        )
+
+
+def _checked_extent(extent: float, unit: str) -> float:
+    """The longest edge of the bounding box [m], refused where no hand would meet it."""
+    if extent == 0.0:
+        raise MeshError("no_area", "All vertices lie at one point; an object needs a surface with an area.")
+    if SMALLEST_EXTENT <= extent <= LARGEST_EXTENT:
+        return extent
+    plausible = [
+        f"{name!r} ({extent / UNITS[unit] * scale:.3g} m)"
+        for name, scale in UNITS.items()
+        if SMALLEST_EXTENT <= extent / UNITS[unit] * scale <= LARGEST_EXTENT
+    ]
+    advice = f"the unit may be {' or '.join(plausible)}" if plausible else "no known unit makes it plausible"
+    size = "too_large" if extent > LARGEST_EXTENT else "too_small"
+    raise MeshError(
+        size,
+        f"The object is {extent:.3g} m in its largest extent with unit {unit!r}; it must be between "
+        f"{SMALLEST_EXTENT:g} m and {LARGEST_EXTENT:g} m: {advice}.",
+    )
+
+
+def _check_area(area: float, extent: float) -> None:
+    if area <= _NO_AREA * extent**2:
+        raise MeshError(
+            "no_area",
+            "The faces have no area: their corners coincide or lie on one line; an object needs a surface.",
+        )
+
+
+def _check_solid(n_faces_at_edges: NDArray[np.int64]) -> None:
+    paired_sides = 2 * np.count_nonzero(n_faces_at_edges == 2) / n_faces_at_edges.sum()
+    if paired_sides < LEAST_PAIRED_SIDES:
+        raise MeshError(
+            "not_solid",
+            f"Only {paired_sides:.1%} of the triangle sides meet exactly one other triangle, and up to "
+            f"{n_faces_at_edges.max()} triangles share one edge: these are loose triangles, not the surface of a "
+            f"solid, where at least {LEAST_PAIRED_SIDES:.0%} do.",
+        )
+
+
+def _check_volume(mesh: Mesh, extent: float) -> None:
+    thinnest = np.linalg.eigvalsh(np.cov(mesh.vertices, rowvar=False))[0]
+    flat = np.sqrt(max(thinnest, 0.0)) < _NO_THICKNESS * extent
+    if flat or (mesh.watertight and mesh.volume < _NO_VOLUME * extent**3):
+        raise MeshError("no_volume", "The surface is flat or folded on itself: it encloses no volume to be held.")

@@ -1,0 +1,202 @@
+"""No file, however it lies or is damaged, costs more than a little time and memory."""
+
+import json
+import struct
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+import trimesh
+
+from fingersplit.errors import MeshError
+from fingersplit.objects.intake import read_mesh
+from fingersplit.objects.intake.promises import MOST_FACES, MOST_FACES_AS_TEXT
+
+PLY_HEADER = "ply\nformat {0} 1.0\nelement vertex {1}\nproperty float x\nproperty float y\nproperty float z\n"
+PLY_HEADER += "element face {2}\nproperty list uchar int vertex_indices\nend_header\n"
+
+
+def ball(file_type: str, **options: object) -> bytes:
+    data = trimesh.creation.icosphere(subdivisions=1, radius=0.05).export(file_type=file_type, **options)
+    return data.encode() if isinstance(data, str) else data
+
+
+def glb(change: Callable[[dict], object], binary: bytes | None = None) -> bytes:
+    """The ball as GLB with its document changed."""
+    data = ball("glb")
+    length = int.from_bytes(data[12:16], "little")
+    document = json.loads(data[20 : 20 + length])
+    change(document)
+    text = json.dumps(document).encode()
+    chunks = data[20 + length :] if binary is None else struct.pack("<I4s", len(binary), b"BIN\0") + binary
+    body = struct.pack("<I4s", len(text), b"JSON") + text + chunks
+    return struct.pack("<4sII", b"glTF", 2, 12 + len(body)) + body
+
+
+def stl(promised: int, facets: bytes) -> bytes:
+    return bytes(80) + struct.pack("<I", promised) + facets
+
+
+def test_too_many_faces_are_refused_before_they_are_read():
+    count, lines = MOST_FACES + 1, MOST_FACES_AS_TEXT + 1
+    for data, file_type in [
+        (stl(count, bytes(50 * count)), "stl"),
+        (PLY_HEADER.format("binary_little_endian", 1, count).encode() + bytes(12 + count), "ply"),
+        (PLY_HEADER.format("ascii", 1, lines).encode() + b"0 0 0" + b"\n3 0 0 0" * lines, "ply"),
+        (b"v 0 0 0\n" + b"\nf 1 1 1" * lines, "obj"),
+        (b"v 0 0 0\n" * lines, "obj"),
+        (b"OFF\n1 %d 0\n0 0 0" % lines + b"\n3 0 0 0" * lines, "off"),
+        (b"solid" + b"\nfacet\n" * lines, "stl"),
+    ]:
+        begin = time.perf_counter()
+        with pytest.raises(MeshError, match=r"000,00[12] .*, more than the limit of [12],000,000") as refusal:
+            read_mesh(data, file_type)
+        assert refusal.value.code == "too_many_faces"
+        assert time.perf_counter() - begin < 2.0
+
+
+def repeat_pieces(document: dict) -> None:
+    document["meshes"][0]["primitives"] *= 1000
+    document["nodes"] = [{"mesh": 0}] * 20
+    document["scenes"] = [{"nodes": list(range(20))}]
+
+
+def overlap(document: dict) -> None:
+    (primitive,) = document["meshes"][0]["primitives"]
+    points = document["accessors"][primitive["attributes"]["POSITION"]]
+    numbers = range(len(document["accessors"]), len(document["accessors"]) + 50)
+    document["accessors"] += [points] * 50
+    document["meshes"][0]["primitives"] = [{"attributes": {"POSITION": number}} for number in numbers]
+
+
+def repeat_nodes(document: dict) -> None:
+    document["nodes"] = [{}] * 20_000
+    document["scenes"] = [{"nodes": list(range(20_000))}]
+
+
+def nest_nodes(document: dict) -> None:
+    document["nodes"] = [{"mesh": 0, "children": [number]} for number in range(1, 5_000)] + [{"mesh": 0}]
+    document["scenes"] = [{"nodes": [0]}]
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (repeat_pieces, "more than 10,000 pieces"),
+        (overlap, "overlap: they take"),
+        (repeat_nodes, "more than 10,000 nodes"),
+        (nest_nodes, "more than 100 levels"),
+    ],
+)
+def test_scenes_that_unfold_without_end_are_refused(change, words):
+    begin = time.perf_counter()
+    with pytest.raises(MeshError, match=words) as refusal:
+        read_mesh(glb(change), "glb")
+    assert refusal.value.code == "malformed"
+    assert time.perf_counter() - begin < 2.0
+
+
+@pytest.mark.parametrize(
+    ("data", "file_type"),
+    [
+        (b"solid\n" + b"\n" * 300_000 + b"facet\n" + b" " * 300_000, "stl"),
+        (b"ply" + b"\n" * 300_000, "ply"),
+        (b"ply\n" + b"end_header " * 30_000, "ply"),
+        (b"OFF" + b" \n" * 150_000, "off"),
+        (b"v 0 0 0\n" + b"\\\n" * 150_000, "obj"),
+    ],
+)
+def test_long_runs_of_space_cost_no_time(data, file_type):
+    begin = time.perf_counter()
+    with pytest.raises(MeshError):
+        read_mesh(data, file_type)
+    assert time.perf_counter() - begin < 1.0
+
+
+LIMITED_READ = """
+import pathlib, resource, sys
+from fingersplit.errors import MeshError
+from fingersplit.objects.intake import read_mesh
+
+present = int(pathlib.Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+resource.setrlimit(resource.RLIMIT_AS, (present + 100_000_000,) * 2)
+for name in sys.argv[1:]:
+    try:
+        read_mesh(pathlib.Path(name).read_bytes(), pathlib.Path(name).suffix)
+    except MeshError as error:
+        print(error.code)
+"""
+
+
+def test_promised_counts_cost_no_memory(tmp_path):
+    files = {
+        "a.stl": stl(2**32 - 1, bytes(150)),
+        "b.ply": PLY_HEADER.format("binary_little_endian", 2 * 10**9, 4 * 10**9).encode() + bytes(96),
+        "c.ply": PLY_HEADER.format("ascii", 10**9, 10**9).encode() + b"0 0 0",
+        "d.off": b"OFF\n1000000000 1000000000 0\n0 0 0\n",
+        "e.glb": glb(lambda document: document["accessors"][0].update(count=2**40)),
+        "f.ply": PLY_HEADER.format("ascii", 1, 1).encode() + b"0 0 0 4e9 0 0 0",
+    }
+    for name, data in files.items():
+        (tmp_path / name).write_bytes(data)
+    command = [sys.executable, "-c", LIMITED_READ, *(str(tmp_path / name) for name in files)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=True)
+    assert done.stdout.split() == ["truncated"] * len(files)
+
+
+def mutated(data: bytes, random: np.random.Generator) -> bytes:
+    """One file changed as storage, transport or malice would."""
+    kind = random.integers(6)
+    changed, at = bytearray(data), int(random.integers(len(data)))
+    if kind == 0:
+        for place in random.integers(len(data), size=random.integers(1, 20)):
+            changed[place] ^= 1 << int(random.integers(8))
+    elif kind == 1:
+        return data[:at]
+    elif kind == 2:
+        changed[at : at + 4] = random.bytes(4)
+    elif kind == 3:
+        del changed[at : at + int(random.integers(1, 50))]
+    elif kind == 4:
+        other = int(random.integers(len(data)))
+        changed[at:at] = data[other : other + int(random.integers(1, 200))]
+    else:
+        digits = [place for place, byte in enumerate(data[:1500]) if 48 <= byte <= 57] or [at]
+        place = digits[int(random.integers(len(digits)))]
+        changed[place : place + 1] = random.choice([b"-1", b"99999999999", b"0", b"nan", b"1e39", b"3.5"])
+    return bytes(changed)
+
+
+@pytest.mark.parametrize(
+    ("file_type", "options"),
+    [
+        ("stl", {}),
+        ("stl_ascii", {}),
+        ("obj", {}),
+        ("ply", {}),
+        ("ply", {"encoding": "ascii"}),
+        ("off", {}),
+        ("glb", {}),
+    ],
+)
+def test_mutated_files_end_in_a_mesh_or_a_refusal(file_type, options):
+    random = np.random.default_rng(20)
+    data, outcomes = ball(file_type, **options), {"mesh": 0}
+    for _ in range(300):
+        begin = time.perf_counter()
+        try:
+            mesh, report = read_mesh(mutated(data, random), file_type.removesuffix("_ascii"))
+        except MeshError as refusal:
+            outcomes[refusal.code] = outcomes.get(refusal.code, 0) + 1
+        else:
+            outcomes["mesh"] += 1
+            assert np.isfinite(mesh.vertices).all()
+            assert mesh.faces.min() >= 0
+            assert mesh.faces.max() < len(mesh.vertices)
+            assert report.volume is None or report.volume > 0
+        assert time.perf_counter() - begin < 1.0
+    assert outcomes["mesh"] > 0
+    assert len(outcomes) > 3
