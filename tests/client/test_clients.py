@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import get_args
 
 import anyio
+import httpx2
 import pytest
 
 from fingersplit.splitting.termination import Termination as CoreTermination
@@ -88,6 +89,14 @@ def test_waiting_has_an_end(service: str, can: bytes) -> None:
             client.wait(job, timeout=0.001)
         assert caught.value.job.id == job.id
         client.wait(job)
+
+
+def test_ready_is_what_the_service_says(service: str) -> None:
+    with Client(service) as client:
+        assert client.ready()
+    starting = httpx2.MockTransport(lambda request: httpx2.Response(503 if request.url.path == "/readyz" else 200))
+    with Client(transport=starting) as client:
+        assert not client.ready()
 
 
 def test_bytes_need_a_type() -> None:
