@@ -4,6 +4,7 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
 from fastapi import FastAPI
+from fastapi_offline import FastAPIOffline
 
 from fingersplit_service.body_limit import BodyLimit
 from fingersplit_service.endpoints import hands, health, jobs, objects
@@ -38,7 +39,7 @@ def create_app(settings: ServiceSettings | None = None, tasks: Tasks | None = No
             return chosen.max_upload_bytes + _MULTIPART_OVERHEAD
         return chosen.max_request_bytes
 
-    app = FastAPI(
+    app = FastAPIOffline(  # serves the scripts of /docs itself instead of pointing at somebody else's host
         title="Fingersplit",
         version="0.1.0",
         summary="Grasp planning for multi-fingered hands over HTTP.",

@@ -1,5 +1,6 @@
 """The description of the interface, and the shape of every refusal."""
 
+import re
 from dataclasses import fields
 
 import fastapi
@@ -108,7 +109,13 @@ async def test_a_fault_shows_nothing_of_the_inside(api):
 async def test_health(api):
     assert (await api.http.get("/healthz")).json() == {"status": "ok"}
     assert (await api.http.get("/readyz")).json() == {"status": "ready", "workers": 1}
-    assert (await api.http.get("/docs")).status_code == 200
+    page = await api.http.get("/docs")
+    assert page.status_code == 200
+    loaded = re.findall(r"""(?:src|href)=["']([^"']+)""", page.text)
+    assert any(address.endswith(".js") for address in loaded)
+    for address in loaded:  # from the service itself, also without a way to the internet
+        assert httpx2.URL(address).host in ("", api.http.base_url.host), address
+        assert (await api.http.get(address)).status_code == 200
 
 
 async def test_before_the_workers_are_warm(tmp_path):
