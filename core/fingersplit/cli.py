@@ -153,7 +153,7 @@ def _table(document: dict[str, Any]) -> Table:
         collapse_padding=True,
         pad_edge=False,
     )
-    for heading in ("rank", "feasible", "Ferrari-Canny", "Q", "pad (rad)", "CPO/PPO", "ended"):
+    for heading in ("rank", "feasible", "Ferrari-Canny", "Q", "pad rad", "CPO/PPO", "ended"):
         table.add_column(heading, justify="left" if heading == "ended" else "right", no_wrap=True)
     for grasp in document["grasps"]:
         metrics, iterations = grasp["metrics"], grasp["iterations"]

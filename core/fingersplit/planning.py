@@ -8,9 +8,10 @@ from typing import TypeVar
 
 import numpy as np
 
-from fingersplit.errors import SettingsError
+from fingersplit.errors import ParallelGraspError, SettingsError
 from fingersplit.hands.hand import Hand
 from fingersplit.objects.model import ObjectModel
+from fingersplit.objects.surface import closest
 from fingersplit.parallel_grasps.antipodal import sample_antipodal
 from fingersplit.parallel_grasps.parallel_grasp import ParallelGrasp
 from fingersplit.plan import Plan, PlannedGrasp
@@ -24,6 +25,9 @@ __all__ = ["plan"]
 
 APPROACHES = 8
 """Approach directions about the jaw axis that are tried for every antipodal pair."""
+
+FARTHEST_CONTACT = 5e-3
+"""Most that a given contact may lie off the surface [m]."""
 
 Progress = Callable[[str, float], None]
 Item = TypeVar("Item")
@@ -59,6 +63,7 @@ def plan(
 
     Raises:
         SettingsError: ``starts`` or ``top_k`` below 1, or a negative seed.
+        ParallelGraspError: A given contact lies off the surface.
     """
     _check(starts=starts, top_k=top_k, seed=seed)
     settings = settings or PlannerSettings()
@@ -76,6 +81,8 @@ def plan(
             approaches=APPROACHES,
             rng=np.random.default_rng(seed),
         )
+    else:
+        _check_contacts(model, parallel_grasps)
     watch.lap("parallel_grasps")
     problem = build_problem(model, hand, settings)
     mapped = map_starts(problem, hand, _reported(parallel_grasps, "mapping", report), starts)
@@ -93,6 +100,19 @@ def _check(*, starts: int, top_k: int, seed: int) -> None:
     for name, value, least in (("starts", starts, 1), ("top_k", top_k, 1), ("seed", seed, 0)):
         if value < least:
             raise SettingsError(f"{name} is {value}; it must be at least {least}.")
+
+
+def _check_contacts(model: ObjectModel, grasps: Sequence[ParallelGrasp]) -> None:
+    for number, grasp in enumerate(grasps, 1):
+        for contact in grasp.contacts:
+            _, point, _ = closest(model.surface, tuple(contact), -1)
+            distance = float(np.linalg.norm(contact - point))
+            if distance > FARTHEST_CONTACT:
+                raise ParallelGraspError(
+                    f"Contact {contact.tolist()} of parallel grasp {number} lies {1e3 * distance:.1f} mm from the "
+                    f"surface; allowed: {1e3 * FARTHEST_CONTACT:g} mm. Give points on it, in the object frame, "
+                    f"in metres."
+                )
 
 
 class _Watch:

@@ -47,8 +47,10 @@ def read_mjcf(path: Path, palm: str, fingers: tuple[str, ...]) -> HandModel:
         previous_from_body = np.eye(4)
         for body in chain:
             previous_from_body = previous_from_body @ _body_pose(model, body)
-            if model.body_jntnum[body] == 1:
+            if model.body_jntnum[body]:
                 j, joint = joint_counts[f], model.body_jntadr[body]
+                if model.body_jntnum[body] > 1 or model.jnt_type[joint] != mujoco.mjtJoint.mjJNT_HINGE:
+                    raise ValueError(f"{path}: {model.body(body).name} must have one joint, a hinge.")
                 if j == MAX_JOINTS:
                     raise ValueError(f"{path}: {fingers[f]} has more than {MAX_JOINTS} joints.")
                 joint_from_body = pose_matrix(np.eye(3), -model.jnt_pos[joint])
@@ -62,6 +64,9 @@ def read_mjcf(path: Path, palm: str, fingers: tuple[str, ...]) -> HandModel:
         link_from_pad = previous_from_body @ pose_matrix(rotation_from_wxyz(pad.quat), pad.pos)
         pad_positions[f], pad_normals[f], pad_radii[f] = link_from_pad[:3, 3], link_from_pad[:3, 2], pad.size[0]
     shapes = [g for g in range(model.ngeom) if model.geom_bodyid[g] in place]
+    if len(shapes) < model.ngeom:
+        astray = next(g for g in range(model.ngeom) if g not in shapes)
+        raise ValueError(f"{path}: geom {model.geom(astray).name!r} hangs on no finger's chain and not on the palm.")
     link_from_shapes = [
         body_poses[model.geom_bodyid[g]] @ pose_matrix(rotation_from_wxyz(model.geom_quat[g]), model.geom_pos[g])
         for g in shapes

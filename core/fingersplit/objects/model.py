@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from fingersplit.objects.grid import PointGrid, build_grid, thin_evenly
 from fingersplit.objects.mesh import Mesh
-from fingersplit.objects.surface import Surface, sample_surface
+from fingersplit.objects.surface import PACKING, Surface, sample_surface
 
 __all__ = ["ObjectModel", "prepare_object"]
 
@@ -71,6 +71,6 @@ def prepare_object(mesh: Mesh, name: str = "object") -> ObjectModel:
     """Sample a mesh for planning; the same mesh always gives the same model."""
     surface = sample_surface(mesh)
     samples = surface.grid.points
-    spacing = math.sqrt(0.69 * mesh.area / COLLISION_POINTS)
+    spacing = math.sqrt(PACKING * mesh.area / COLLISION_POINTS)
     points = samples[thin_evenly(samples, spacing)]
     return ObjectModel(mesh, name, surface, build_grid(points, 2.0 * spacing))

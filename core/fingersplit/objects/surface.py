@@ -22,6 +22,10 @@ TARGET_SAMPLES = 30_000
 SMALLEST_SPACING = 0.4e-3
 """[m]; small objects get fewer samples rather than closer ones."""
 
+PACKING = 0.52
+"""Samples that thinning leaves on an area of spacing^2, with ``CANDIDATES_PER_SAMPLE`` to choose from."""
+CANDIDATES_PER_SAMPLE = 6
+
 _SHARP_EDGE = math.radians(50.0)
 
 
@@ -43,10 +47,9 @@ class Surface(NamedTuple):
 
 def sample_surface(mesh: Mesh) -> Surface:
     """Cover a mesh evenly with about ``TARGET_SAMPLES`` samples; the same mesh always gives the same samples."""
-    # Random thinning packs discs of diameter s to 0.69 samples an area of s^2.
-    spacing = max(math.sqrt(0.69 * mesh.area / TARGET_SAMPLES), SMALLEST_SPACING)
+    spacing = max(math.sqrt(PACKING * mesh.area / TARGET_SAMPLES), SMALLEST_SPACING)
     candidates, faces = trimesh.sample.sample_surface(
-        mesh.trimesh, int(5 * 0.69 * mesh.area / spacing**2), seed=np.random.default_rng(0)
+        mesh.trimesh, int(CANDIDATES_PER_SAMPLE * PACKING * mesh.area / spacing**2), seed=np.random.default_rng(0)
     )
     kept = thin_evenly(np.ascontiguousarray(candidates, dtype=np.float64), spacing)
     radius = 2.5 * spacing

@@ -15,6 +15,7 @@ __all__ = [
     "STOPPED_RISING",
     "judge",
     "judge_collision",
+    "judge_pads",
 ]
 
 CONTINUE, STOPPED_RISING, REACHED_PAD_ANGLE, REACHED_COLLISION, REACHED_ITERATION_LIMIT = range(5)
@@ -30,6 +31,12 @@ def judge(settings, state, candidate, least_increase):
     pulled = before > settings.contact_tolerance and after < (1.0 - LEAST_PULL) * before
     if not pulled and candidate.scores[QUALITY] - state.scores[QUALITY] <= least_increase:
         return STOPPED_RISING
+    return judge_pads(settings, state, candidate)
+
+
+@kernel
+def judge_pads(settings, state, candidate):
+    """Pad angles of ``candidate`` against ``state``."""
     for finger in range(state.pad_angles.size):
         if candidate.pad_angles[finger] > max(settings.pad_angle_limit, state.pad_angles[finger]):
             return REACHED_PAD_ANGLE

@@ -1,12 +1,16 @@
 """Algorithm 3 of [Fan2018]: the iterative CPO-PPO that splits the fingers of a mapped grasp."""
 
 from fingersplit.compilation import kernel
+from fingersplit.objects.grid import nearest
 from fingersplit.objects.surface import touch
 from fingersplit.splitting.acceptance import (
+    CONTINUE,
     REACHED_COLLISION,
     REACHED_ITERATION_LIMIT,
     REACHED_PAD_ANGLE,
     STOPPED_RISING,
+    judge_collision,
+    judge_pads,
 )
 from fingersplit.splitting.collision import penetration
 from fingersplit.splitting.contact_optimization import optimize_contacts
@@ -16,14 +20,12 @@ from fingersplit.splitting.state import (
     attach_contacts,
     copy_state,
     evaluate,
-    evaluate_quality,
-    measure_collision,
     pad_target,
     place_hand,
 )
 from fingersplit.splitting.trace import MAP, SETTLE, record
 from fingersplit.splitting.tracking import track
-from fingersplit.vectors import dot, get, put, subtract
+from fingersplit.vectors import dot, get, norm, put, subtract
 
 __all__ = ["split_fingers"]
 
@@ -71,8 +73,10 @@ def split_fingers(problem, state, candidate, trial, work, trace):
 def _settle(problem, state, candidate, work, trace):
     """Pull fingertips that lag behind the surface onto it: projections without a tangent step, at full gain.
 
-    The paper's gain closes a tenth of the gap per step, so a fingertip that slid along a curve may end inside it.
+    The paper's gain closes a tenth of the gap per step, so a fingertip that slid along a curve may end inside it. Once
+    all are on the surface, a step that breaks another bound is not taken.
     """
+    settings = problem.settings
     for _ in range(SETTLE_ITERATIONS):
         if state.residuals.max() < SETTLED:
             return
@@ -85,19 +89,25 @@ def _settle(problem, state, candidate, work, trace):
         evaluate(problem, candidate)
         if candidate.residuals.max() > 0.99 * state.residuals.max():
             return
-        measure_collision(problem, candidate)
+        pads, collision = judge_pads(settings, state, candidate), judge_collision(problem, state, candidate)
+        if state.residuals.max() <= settings.contact_tolerance and (pads != CONTINUE or collision != CONTINUE):
+            return
         copy_state(state, candidate)
         record(trace, SETTLE, state)
 
 
 @kernel
 def _inspect(problem, state):
-    """Contacts, residuals and Q against the triangles, penetration against every sample, for the final verdict."""
+    """Contacts, normals, residuals and Q where the pads touch the triangles, penetration against every sample."""
+    surface = problem.surface
     for finger in range(len(state.contacts)):
-        pad = get(state.pose.pads, finger)
-        distance, point = touch(problem.surface, pad, state.samples[finger])
-        outside = dot(subtract(pad, point), get(state.normals, finger)) >= 0.0
+        _, point = touch(surface, get(state.pose.pads, finger), state.samples[finger])
+        state.samples[finger] = nearest(surface.grid, point, state.samples[finger])
         put(state.contacts, finger, point)
-        state.residuals[finger] = abs((distance if outside else -distance) - problem.hand.pad_radii[finger])
-    evaluate_quality(problem, state)
+        put(state.normals, finger, get(surface.normals, state.samples[finger]))
+    evaluate(problem, state)
+    for finger in range(len(state.contacts)):
+        away = subtract(get(state.pose.pads, finger), get(state.contacts, finger))
+        outside = dot(away, get(state.normals, finger)) >= 0.0
+        state.residuals[finger] = abs((norm(away) if outside else -norm(away)) - problem.hand.pad_radii[finger])
     state.scores[PENETRATION] = penetration(problem.hand, state.pose, problem.surface.grid)

@@ -43,7 +43,7 @@ _EXAMPLES = {
 }
 
 
-class PngResponse(FileResponse):
+class _PngResponse(FileResponse):
     """A PNG file."""
 
     media_type = "image/png"
@@ -103,7 +103,7 @@ async def get_job(runtime: RuntimeDependency, job_id: JobId) -> Response:
 
 @router.get(
     PATH + "/{job_id}/grasps/{rank}/picture.png",
-    response_class=PngResponse,
+    response_class=_PngResponse,
     summary="See a grasp",
     responses=problem_answers(ProblemKind.NOT_FOUND, ProblemKind.NOT_FINISHED, ProblemKind.INVALID_REQUEST),
 )
@@ -111,7 +111,7 @@ async def get_picture(
     runtime: RuntimeDependency,
     job_id: JobId,
     rank: Annotated[int, Path(description="Rank of the grasp, from 1.")],
-) -> PngResponse:
+) -> _PngResponse:
     """Hand and object at the start and at the end, beside the quality curve. Drawn when first asked for."""
     row = await _known_job(runtime, job_id)
     if row.state in ("queued", "running"):
@@ -124,7 +124,7 @@ async def get_picture(
         await runtime.engine.answer(
             runtime.tasks.draw, runtime.storage, job_id, row.object_id, rank, deadline_s=deadline
         )
-    return PngResponse(path)
+    return _PngResponse(path)
 
 
 def _check(runtime: Runtime, asked: JobCreate) -> None:

@@ -1,0 +1,214 @@
+"""Independent measures that the planner's own code has no part in, and finished runs to look at."""
+
+from collections.abc import Callable, Sequence
+from functools import cache
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+import trimesh
+from numpy.typing import ArrayLike, NDArray
+from scipy.spatial import cKDTree
+from scipy.spatial.transform import Rotation
+
+from fingersplit.hands import Hand
+from fingersplit.hands.shapes import BOX, CAPSULE, CYLINDER
+from fingersplit.objects.mesh import Mesh
+from fingersplit.objects.model import ObjectModel
+from fingersplit.parallel_grasps.antipodal import sample_antipodal
+from fingersplit.splitting.settings import PlannerSettings
+from fingersplit.splitting.starts import Run, Start, build_problem, map_starts, split_start
+from fingersplit.splitting.state import Problem
+
+
+class ExactMesh:
+    """Distances to the triangles themselves, by brute force over all that can be nearest."""
+
+    def __init__(self, mesh: Mesh) -> None:
+        self.triangles = mesh.vertices[mesh.faces]
+        self.solid = mesh.trimesh
+        self._corners = cKDTree(self.triangles.reshape(-1, 3))
+        centers = self.triangles.mean(axis=1)
+        self._centers = cKDTree(centers)
+        self._reach = np.linalg.norm(self.triangles - centers[:, None], axis=2).max()
+
+    def closest(self, points: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Nearest points (n, 3) [m] of the triangles and the distances to them (n,) [m]."""
+        points = np.asarray(points, dtype=np.float64)
+        bounds = self._corners.query(points)[0] + self._reach + 1e-9
+        nearest = np.empty_like(points)
+        for i, (point, bound) in enumerate(zip(points, bounds, strict=True)):
+            near = self.triangles[self._centers.query_ball_point(point, bound)]
+            on_triangles = closest_on_triangles(near, point)
+            nearest[i] = on_triangles[np.argmin(np.linalg.norm(on_triangles - point, axis=1))]
+        return nearest, np.linalg.norm(points - nearest, axis=1)
+
+    def distance(self, points: ArrayLike) -> NDArray[np.float64]:
+        """Distances (n,) [m] of points (n, 3) [m] to the triangles."""
+        return self.closest(points)[1]
+
+
+def closest_on_triangles(triangles: NDArray[np.float64], point: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Point of each triangle (n, 3, 3) [m] nearest to ``point``: its projection, or else the best on the edges."""
+    starts, edges = triangles, np.roll(triangles, -1, axis=1) - triangles
+    along = np.einsum("nij,nij->ni", point - starts, edges) / np.einsum("nij,nij->ni", edges, edges)
+    on_edges = starts + np.clip(along, 0, 1)[:, :, None] * edges
+    best = np.linalg.norm(on_edges - point, axis=2).argmin(axis=1)
+    closest = on_edges[np.arange(len(triangles)), best]
+    normals = np.cross(edges[:, 0], edges[:, 1])
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    height = np.einsum("nj,nj->n", point - starts[:, 0], normals)
+    projected = point - height[:, None] * normals
+    sides = np.einsum("nij,nj->ni", np.cross(edges, projected[:, None] - starts), normals)
+    inside = (sides >= 0).all(axis=1)
+    return np.where(inside[:, None], projected, closest)
+
+
+class MuJoCoHand:
+    """A hand as MuJoCo moves it, in the object frame of a result document."""
+
+    def __init__(self, path: Path) -> None:
+        self.model = mujoco.MjModel.from_xml_path(str(path))
+        self.data = mujoco.MjData(self.model)
+        self._rotation, self._position = np.eye(3), np.zeros(3)
+
+    def move(self, joints: dict[str, float], wxyz: ArrayLike = (1, 0, 0, 0), position: ArrayLike = (0, 0, 0)) -> None:
+        for name, angle in joints.items():
+            self.data.qpos[self.model.joint(name).qposadr[0]] = angle
+        mujoco.mj_kinematics(self.model, self.data)
+        self._rotation = Rotation.from_quat(np.asarray(wxyz), scalar_first=True).as_matrix()
+        self._position = np.asarray(position, dtype=np.float64)
+
+    def body(self, name: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Rotation (3, 3) and position (3,) [m] of a body."""
+        body = self.data.body(name)
+        return self._rotation @ body.xmat.reshape(3, 3), self._rotation @ body.xpos + self._position
+
+    def site(self, name: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Position (3,) [m] and z axis (3,) of a site."""
+        site = self.data.site(name)
+        return self._rotation @ site.xpos + self._position, self._rotation @ site.xmat.reshape(3, 3)[:, 2]
+
+    def geom_distance(self, name: str, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Signed distances (n,) [m] of points (n, 3) [m] to a geom."""
+        geom = self.model.geom(name).id
+        in_palm = (points - self._position) @ self._rotation
+        local = (in_palm - self.data.geom_xpos[geom]) @ self.data.geom_xmat[geom].reshape(3, 3)
+        return signed_distance(self.model.geom_type[geom], self.model.geom_size[geom], local)
+
+    def depth(self, points: NDArray[np.float64]) -> float:
+        """How deep the deepest of these points (n, 3) [m] lies inside any geom [m]; 0 when all are outside."""
+        names = (self.model.geom(g).name for g in range(self.model.ngeom))
+        return max(0.0, *(float(-self.geom_distance(name, points).min()) for name in names))
+
+
+def signed_distance(kind: int, size: ArrayLike, points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Distances (n,) [m] of points (n, 3) [m] to a MuJoCo primitive, negative inside, after its definition."""
+    radius, half, _ = np.asarray(size)
+    if kind == CAPSULE:
+        on_axis = np.clip(points[:, 2], -half, half)
+        return np.linalg.norm(points - on_axis[:, None] * (0, 0, 1), axis=1) - radius
+    if kind == CYLINDER:
+        beyond = np.stack([np.hypot(points[:, 0], points[:, 1]) - radius, np.abs(points[:, 2]) - half], axis=1)
+    elif kind == BOX:
+        beyond = np.abs(points) - np.asarray(size)
+    else:
+        return np.linalg.norm(points, axis=1) - radius
+    outside = np.linalg.norm(np.maximum(beyond, 0), axis=1)
+    return np.asarray(np.where(outside > 0, outside, beyond.max(axis=1)))
+
+
+@pytest.fixture(scope="session")
+def mujoco_hand() -> Callable[[Path], MuJoCoHand]:
+    return MuJoCoHand
+
+
+@pytest.fixture(scope="session")
+def mujoco_barrett() -> MuJoCoHand:
+    return MuJoCoHand(Path(str(files("fingersplit.hands"))) / "barrett" / "hand.xml")
+
+
+@pytest.fixture(scope="session")
+def exact_mesh() -> Callable[[Mesh], ExactMesh]:
+    return cache(ExactMesh)
+
+
+@pytest.fixture(scope="session")
+def problem_of(barrett: Hand, prepared: Callable[[str], ObjectModel]) -> Callable[..., Problem]:
+    """The kernels' problem for a parametric object, with settings by name."""
+
+    def build(name: str, **settings: Any) -> Problem:
+        return build_problem(prepared(name), barrett, PlannerSettings(**settings))
+
+    return build
+
+
+@pytest.fixture(scope="session")
+def starts_of(barrett: Hand, prepared: Callable[[str], ObjectModel]) -> Callable[[str], list[Start]]:
+    """The 16 most promising mapped starts of a parametric object."""
+
+    @cache
+    def map_some(name: str) -> list[Start]:
+        grasps = sample_antipodal(
+            prepared(name), 8, friction=0.6, opening=(0.0, 0.2), approaches=6, rng=np.random.default_rng(5)
+        )
+        return map_starts(build_problem(prepared(name), barrett, PlannerSettings()), barrett, grasps, 16)
+
+    return map_some
+
+
+@pytest.fixture(scope="session")
+def runs_of(
+    barrett: Hand, problem_of: Callable[..., Problem], starts_of: Callable[[str], list[Start]]
+) -> Callable[..., Sequence[Run]]:
+    """Finished runs from those starts, with settings by name."""
+
+    @cache
+    def split_all(name: str, **settings: Any) -> Sequence[Run]:
+        problem = problem_of(name, **settings)
+        return tuple(split_start(problem, barrett, start) for start in starts_of(name))
+
+    return split_all
+
+
+@pytest.fixture(scope="session")
+def verify_grasp(
+    barrett: Hand, mujoco_barrett: MuJoCoHand, exact_mesh: Callable[[Mesh], ExactMesh]
+) -> Callable[[ObjectModel, dict[str, Any]], None]:
+    """Check what a result document claims of a feasible grasp against MuJoCo's kinematics and the exact triangles."""
+
+    @cache
+    def dense_points(mesh: Mesh) -> NDArray[np.float64]:
+        points, _ = trimesh.sample.sample_surface(mesh.trimesh, 60_000, seed=np.random.default_rng(7))
+        return np.asarray(points)
+
+    def verify(model: ObjectModel, grasp: dict[str, Any]) -> None:
+        exact, joints = exact_mesh(model.mesh), grasp["joints"]
+        assert set(joints) == set(barrett.joint_names)
+        for name, low, high in zip(barrett.joint_names, barrett.lower, barrett.upper, strict=True):
+            assert low <= joints[name] <= high, name
+        mujoco_barrett.move(joints, grasp["palm"]["wxyz"], grasp["palm"]["position"])
+        contacts = grasp["contacts"]
+        assert [contact["finger"] for contact in contacts] == [finger.name for finger in barrett.fingers]
+        positions = np.array([contact["position"] for contact in contacts])
+        normals = np.array([contact["normal"] for contact in contacts])
+        sites = [mujoco_barrett.site(f"{finger.name}_pad") for finger in barrett.fingers]
+        centers, pad_normals = (np.array(column) for column in zip(*sites, strict=True))
+        radii = barrett.arrays.pad_radii
+        tolerance = 0.5e-3
+        assert exact.distance(positions).max() < tolerance
+        assert np.abs(np.linalg.norm(centers - positions, axis=1) - radii).max() < tolerance
+        assert np.abs(exact.distance(centers) - radii).max() < tolerance + 0.1e-3  # the pads touch, and do not dive in
+        fingertips = np.array([contact["fingertip"] for contact in contacts])
+        np.testing.assert_allclose(np.linalg.norm(fingertips - centers, axis=1), radii, atol=1e-9)
+        assert np.linalg.norm(fingertips - positions, axis=1).max() < tolerance
+        np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1, atol=1e-9)
+        angles = np.arccos(np.clip(-(pad_normals * normals).sum(axis=1), -1, 1))
+        assert angles.max() <= 0.6 + 1e-6
+        np.testing.assert_allclose(angles, [contact["pad_angle"] for contact in contacts], atol=1e-6)
+        assert mujoco_barrett.depth(dense_points(model.mesh)) < 1e-3 + model.surface.spacing / 4
+
+    return verify

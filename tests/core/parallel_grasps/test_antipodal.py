@@ -1,0 +1,94 @@
+"""Antipodal pairs: on the surface, inside both cones, within the jaws, spread and reproducible."""
+
+import math
+
+import numpy as np
+import pytest
+
+from fingersplit.objects.model import prepare_object
+from fingersplit.objects.parametric import box
+from fingersplit.parallel_grasps.antipodal import sample_antipodal
+
+FRICTION = 0.4
+
+
+def sample(model, count=10, approaches=4, opening=(0.0, 0.2), friction=FRICTION, seed=0):
+    rng = np.random.default_rng(seed)
+    return sample_antipodal(model, count, friction=friction, opening=opening, approaches=approaches, rng=rng)
+
+
+@pytest.mark.parametrize("name", ["box", "cylinder", "ellipsoid", "l_bracket", "mug"])
+def test_pairs_oppose_each_other_across_the_object(prepared, exact_mesh, name):
+    model = prepared(name)
+    grasps = sample(model)
+    assert len(grasps) == 40
+    pairs = np.array([grasp.contacts for grasp in grasps])
+    assert exact_mesh(model.mesh).distance(pairs.reshape(-1, 3)).max() < 1e-6
+    widths = np.linalg.norm(pairs[:, 0] - pairs[:, 1], axis=1)
+    assert (widths >= 2e-3).all()
+    assert (widths <= 0.2).all()
+    jaws = (pairs[:, 0] - pairs[:, 1]) / widths[:, None]
+    for end, inward in ((0, -jaws), (1, jaws)):
+        assert model.mesh.trimesh.contains(pairs[:, end] + 1e-4 * inward).all()
+        cosines = [cosine_to_surface(model, *ray) for ray in zip(pairs[:, end], -inward, strict=True)]
+        assert min(cosines) >= math.cos(math.atan(FRICTION)) - 0.02
+
+
+def cosine_to_surface(model, point, outward) -> float:
+    """Best alignment of a direction with the normals of the samples about a point."""
+    near = np.linalg.norm(model.surface.grid.points - point, axis=1) < 2.5 * model.surface.spacing
+    return float((model.surface.normals[near] @ outward).max())
+
+
+def test_approaches_turn_evenly_about_the_jaw(prepared):
+    grasps = sample(prepared("box"), approaches=8)
+    for k in range(0, len(grasps), 8):
+        group = grasps[k : k + 8]
+        contacts = group[0].contacts
+        jaw = (contacts[0] - contacts[1]) / np.linalg.norm(contacts[0] - contacts[1])
+        for grasp, following in zip(group, group[1:] + group[:1], strict=True):
+            np.testing.assert_array_equal(grasp.contacts, contacts)
+            assert abs(grasp.approach @ jaw) < 1e-12
+            assert math.acos(grasp.approach @ following.approach) == pytest.approx(2 * math.pi / 8)
+
+
+def test_pairs_differ(prepared):
+    model = prepared("cylinder")
+    pairs = np.array([grasp.contacts for grasp in sample(model, approaches=1)])
+    for i, pair in enumerate(pairs):
+        for other in pairs[:i]:
+            both_ways = min(np.abs(pair - other).sum(), np.abs(pair - other[::-1]).sum())
+            assert both_ways >= 0.2 * model.radius
+
+
+def test_opening_limits_the_width(prepared):
+    model = prepared("box")  # 50 x 70 x 120 mm
+    assert sample(model, opening=(0.0, 0.045)) == []
+    pairs = np.array([grasp.contacts for grasp in sample(model, opening=(0.06, 0.08))])
+    widths = np.linalg.norm(pairs[:, 0] - pairs[:, 1], axis=1)
+    assert len(widths)
+    assert widths.min() >= 0.06
+    assert widths.max() <= 0.08
+
+
+def test_sheet_too_thin_for_pads_has_pairs_only_across_its_faces():
+    sheet = prepare_object(box((0.06, 0.04, 0.0015)))
+    pairs = np.array([grasp.contacts for grasp in sample(sheet, count=50)])  # few rays start on the narrow sides
+    assert len(pairs)
+    assert np.linalg.norm(pairs[:, 0] - pairs[:, 1], axis=1).min() > 0.03
+
+
+def test_slippery_round_objects_still_have_pairs_through_the_middle(prepared):
+    pairs = np.array([grasp.contacts for grasp in sample(prepared("sphere"), friction=0.05)])
+    assert len(pairs)
+    assert np.linalg.norm(pairs.mean(axis=1), axis=1).max() < 0.05 * 0.035
+
+
+def test_seed_decides(prepared):
+    model = prepared("mug")
+
+    def numbers(seed):
+        return [(grasp.contacts.tolist(), grasp.approach.tolist()) for grasp in sample(model, seed=seed)]
+
+    assert numbers(3) == numbers(3)
+    assert numbers(3) != numbers(4)

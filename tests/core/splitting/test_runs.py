@@ -1,0 +1,268 @@
+"""Whole runs of Algorithm 3 over several objects: what must hold along every trace and at its end."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+
+from fingersplit.splitting.starts import split_start
+from fingersplit.splitting.state import HAND_QUALITY, OBJECT_QUALITY, PENETRATION, QUALITY
+from fingersplit.splitting.termination import Termination
+from fingersplit.splitting.trace import CPO, MAP, PHASE_NAMES, PPO, SETTLE
+
+NAMES = ("box", "bottle", "capsule", "l_bracket", "mug", "sphere")
+OBJECTS = pytest.mark.parametrize("name", NAMES)
+LINE_SEARCH = pytest.mark.parametrize("line_search", [False, True])
+TOLERANCE = 0.5e-3  # contact tolerance of the default settings
+
+
+@OBJECTS
+@LINE_SEARCH
+def test_quality_never_falls_once_the_fingertips_are_on_the_surface(runs_of, name, line_search):
+    checked = 0
+    for run in runs_of(name, line_search=line_search):
+        trace = run.trace
+        rises = np.diff(trace.scores[:, QUALITY])
+        climbing = np.isin(trace.phases[1:], (CPO, PPO)) & (trace.residuals[:-1].max(axis=1) <= TOLERANCE)
+        assert (rises[climbing] > 0).all()
+        checked += climbing.sum()
+    assert checked > 200
+
+
+@OBJECTS
+def test_a_fall_is_paid_by_a_pull_to_the_surface(runs_of, name):
+    for run in runs_of(name):
+        trace, farthest = run.trace, run.trace.residuals.max(axis=1)
+        fell = np.isin(trace.phases[1:], (CPO, PPO)) & (np.diff(trace.scores[:, QUALITY]) <= 0)
+        assert (farthest[1:][fell] < 0.99 * farthest[:-1][fell]).all()
+
+
+@OBJECTS
+@LINE_SEARCH
+def test_joints_never_leave_their_limits(barrett, runs_of, name, line_search):
+    for run in runs_of(name, line_search=line_search):
+        assert (run.trace.joints >= barrett.lower).all()
+        assert (run.trace.joints <= barrett.upper).all()
+
+
+@OBJECTS
+def test_cpo_keeps_the_palm_and_ppo_keeps_the_contacts(runs_of, name):
+    for run in runs_of(name):
+        trace = run.trace
+        for row in range(1, len(trace)):
+            if trace.phases[row] in (CPO, SETTLE):
+                np.testing.assert_array_equal(trace.object_from_palm(row), trace.object_from_palm(row - 1))
+            else:
+                np.testing.assert_array_equal(trace.contacts[row], trace.contacts[row - 1])
+        turned = trace.palm_rotations @ trace.palm_rotations.transpose(0, 2, 1)
+        np.testing.assert_allclose(turned, np.broadcast_to(np.eye(3), turned.shape), atol=1e-9)
+
+
+@OBJECTS
+def test_trace_rows_agree_with_the_hand_and_with_themselves(barrett, runs_of, name):
+    radius = barrett.arrays.pad_radii[:, None]
+    for run in runs_of(name)[:4]:
+        trace = run.trace
+        for row in range(0, len(trace), 7):
+            pose = barrett.pose(trace.joints[row], trace.object_from_palm(row))
+            targets = trace.contacts[row] + radius * trace.normals[row]
+            np.testing.assert_allclose(np.linalg.norm(targets - pose.pads, axis=1), trace.residuals[row], atol=1e-12)
+            angles = np.arccos(np.clip(-(pose.pad_normals * trace.normals[row]).sum(axis=1), -1, 1))
+            np.testing.assert_allclose(angles, trace.pad_angles[row], atol=1e-6)
+        scores = trace.scores
+        np.testing.assert_allclose(scores[:, QUALITY], scores[:, OBJECT_QUALITY] + scores[:, HAND_QUALITY], atol=1e-15)
+
+
+@OBJECTS
+def test_pads_never_tilt_beyond_their_limit_or_further(runs_of, name):
+    for run in runs_of(name):
+        angles, climbing = run.trace.pad_angles, np.isin(run.trace.phases[1:], (CPO, PPO))
+        assert (angles[1:] <= np.maximum(0.6, angles[:-1]))[climbing].all()
+
+
+@OBJECTS
+def test_phases_follow_the_algorithm(runs_of, name):
+    for run in runs_of(name):
+        phases = run.trace.phases
+        assert phases[0] == MAP
+        assert (phases[1:] != MAP).all()
+        settling = np.nonzero(phases == SETTLE)[0]
+        assert settling.size == 0 or (phases[settling[0] :] == SETTLE).all()
+        for phase, searches in ((CPO, run.cpo), (PPO, run.ppo)):
+            accepted = int((phases == phase).sum())
+            assert accepted <= searches <= accepted + run.rounds  # each round may reject its last search
+            assert searches >= run.rounds
+        assert max(run.cpo, run.ppo) <= 50 * run.rounds
+        assert phases.max() < len(PHASE_NAMES)
+
+
+@OBJECTS
+def test_last_row_is_the_final_pose_and_first_the_start(runs_of, name):
+    for run in runs_of(name):
+        trace = run.trace
+        for row, grasp in ((0, run.initial), (-1, run.final)):
+            np.testing.assert_array_equal(trace.object_from_palm(row), grasp.object_from_palm)
+            np.testing.assert_array_equal(trace.joints[row], grasp.joints)
+        np.testing.assert_array_equal(trace.contacts[0], run.initial.contacts)
+        np.testing.assert_array_equal(trace.normals[0], run.initial.normals)
+
+
+@OBJECTS
+def test_splitting_pays(runs_of, name):
+    runs = runs_of(name)
+    gains = [run.scores[QUALITY] - run.trace.scores[0, QUALITY] for run in runs]
+    assert np.mean(gains) > 1e-3
+    assert np.mean(np.array(gains) > 0) > 0.8
+
+
+@OBJECTS
+def test_final_contacts_are_measured_on_the_mesh(barrett, prepared, exact_mesh, runs_of, name):
+    exact = exact_mesh(prepared(name).mesh)
+    for run in runs_of(name):
+        assert exact.distance(run.final.contacts).max() < 1e-6
+        pads = barrett.pose(run.final.joints, run.final.object_from_palm).pads
+        gaps = np.abs(exact.distance(pads) - barrett.arrays.pad_radii)
+        outside = ~prepared(name).mesh.trimesh.contains(pads)
+        np.testing.assert_allclose(run.final.residuals[outside], gaps[outside], atol=0.1e-3)
+        reach = np.linalg.norm(run.final.fingertips - pads, axis=1)
+        np.testing.assert_allclose(reach, barrett.arrays.pad_radii, atol=1e-12)
+
+
+@OBJECTS
+def test_normals_are_those_of_the_surface_where_the_pads_touch(prepared, runs_of, name):
+    surface = prepared(name).surface
+    samples = cKDTree(surface.grid.points)
+    for run in runs_of(name):
+        nearest = samples.query(run.final.contacts)[1]
+        np.testing.assert_allclose(run.final.normals, surface.normals[nearest], atol=1e-9)
+
+
+@OBJECTS
+def test_settling_breaks_no_bound_once_the_fingertips_are_on_the_surface(runs_of, name):
+    for run in runs_of(name):
+        trace = run.trace
+        settled = (trace.phases[1:] == SETTLE) & (trace.residuals[:-1].max(axis=1) <= TOLERANCE)
+        assert (trace.pad_angles[1:] <= np.maximum(0.6, trace.pad_angles[:-1]))[settled].all()
+        depths = trace.scores[:, PENETRATION]
+        assert (depths[1:] <= np.maximum(1e-3, depths[:-1]))[settled].all()
+        assert (trace.residuals.max(axis=1)[1:] < trace.residuals.max(axis=1)[:-1])[settled].all()
+
+
+@OBJECTS
+def test_violations_are_stated_and_name_the_termination(barrett, runs_of, name):
+    for run in runs_of(name):
+        final = run.final
+        expected = sum(
+            int((values > bound).sum()) for values, bound in ((final.residuals, TOLERANCE), (final.pad_angles, 0.6))
+        )
+        expected += int(run.scores[3] > 1e-3)
+        assert len(run.violations) == expected
+        assert run.feasible == (expected == 0) == (run.termination <= Termination.ITERATION_LIMIT)
+        assert all(sentence.endswith(".") and "allowed:" in sentence for sentence in run.violations)
+
+
+@OBJECTS
+def test_time_is_told_by_stage(runs_of, name):
+    for run in runs_of(name):
+        *stages, total = run.seconds
+        assert len(stages) == 6
+        assert min(stages) > 0
+        assert sum(stages) <= total
+        assert total < 1
+
+
+def test_same_start_gives_the_same_run_bit_for_bit(barrett, problem_of, starts_of, runs_of):
+    for start, run in zip(starts_of("mug"), runs_of("mug"), strict=True):
+        again = split_start(problem_of("mug"), barrett, start)
+        np.testing.assert_array_equal(again.trace.scores, run.trace.scores)
+        np.testing.assert_array_equal(again.trace.joints, run.trace.joints)
+        np.testing.assert_array_equal(again.final.contacts, run.final.contacts)
+        assert (again.termination, again.rounds, again.cpo, again.ppo) == (
+            run.termination,
+            run.rounds,
+            run.cpo,
+            run.ppo,
+        )
+
+
+def test_run_leaves_its_start_as_it_was(starts_of, runs_of):
+    for start, run in zip(starts_of("sphere"), runs_of("sphere"), strict=True):
+        np.testing.assert_array_equal(start.state.pose.joints, run.trace.joints[0])
+        np.testing.assert_array_equal(start.state.contacts, run.trace.contacts[0])
+        for array in (run.final.joints, run.trace.scores, run.final.contacts):
+            with pytest.raises(ValueError, match="read-only"):
+                array[0] = 0
+
+
+def test_line_search_never_gains_less_than_the_full_step(runs_of):
+    compared = 0
+    for name in NAMES:
+        for full, searched in zip(runs_of(name), runs_of(name, line_search=True), strict=True):
+            rows = full.trace, searched.trace
+            if all(len(trace) > 1 and trace.phases[1] == CPO for trace in rows):
+                assert searched.trace.scores[1, QUALITY] >= full.trace.scores[1, QUALITY]
+                compared += searched.trace.scores[1, QUALITY] > full.trace.scores[1, QUALITY]
+    assert compared > 0
+
+
+def test_ends_that_keep_every_constraint_are_reached(runs_of):
+    ends = {run.termination for name in NAMES for run in runs_of(name)}
+    assert {Termination.CONVERGED, Termination.STOPPED_BY_PAD_ANGLE, Termination.STOPPED_BY_COLLISION} <= ends
+
+
+def test_iteration_limit_is_reached_after_one_round(runs_of):
+    runs = runs_of("sphere", max_outer_iterations=1)
+    assert all(run.rounds == 1 for run in runs)
+    assert Termination.ITERATION_LIMIT in {run.termination for run in runs}
+
+
+@pytest.mark.parametrize(
+    ("name", "settings", "end", "sentence"),
+    [
+        (
+            "box",
+            {"contact_tolerance": 1e-6},
+            Termination.CONTACT_OFF_SURFACE,
+            "mm from touching the surface; allowed: 0.001 mm.",
+        ),
+        (
+            "box",
+            {"pad_angle_limit": 0.01},
+            Termination.PAD_ANGLE_VIOLATED,
+            "rad against the surface; allowed: 0.01 rad.",
+        ),
+        ("mug", {"penetration_tolerance": 0.0}, Termination.IN_COLLISION, "mm inside the object; allowed: 0 mm."),
+    ],
+)
+def test_ends_that_violate_a_constraint_are_reached(runs_of, name, settings, end, sentence):
+    ended = [run for run in runs_of(name, **settings) if run.termination == end]
+    assert ended
+    for run in ended:
+        assert not run.feasible
+        assert any(violation.endswith(sentence) for violation in run.violations)
+
+
+def test_every_termination_has_a_name_and_advice():
+    labels = [end.label for end in Termination]
+    assert labels == [
+        "converged",
+        "stopped_by_collision",
+        "stopped_by_pad_angle",
+        "iteration_limit",
+        "contact_off_surface",
+        "pad_angle_violated",
+        "in_collision",
+        "joint_limit_violated",
+    ]
+    advice = {end.advice for end in Termination}
+    assert len(advice) == len(labels)
+    assert all(sentence[0].isupper() and sentence.endswith(".") for sentence in advice)
+
+
+@OBJECTS
+def test_numbers_are_finite(runs_of, name):
+    for run in runs_of(name):
+        assert np.isfinite(run.trace.scores).all()
+        assert np.isfinite(run.final.residuals).all()
+        assert math.isfinite(run.start.cost)

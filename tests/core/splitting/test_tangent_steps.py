@@ -1,0 +1,208 @@
+"""The tangent steps of CPO and PPO against eqs. (4) and (7) of [Fan2018], written out densely with NumPy."""
+
+import numpy as np
+import pytest
+import scipy.linalg
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from fingersplit.hands import Hand
+from fingersplit.hands.kernel import move_fingers
+from fingersplit.quality.objective import manipulability_gradient, object_quality_gradient
+from fingersplit.splitting.contact_optimization import tangent_step
+from fingersplit.splitting.palm_optimization import move_palm, palm_tangent_step
+from fingersplit.splitting.settings import PlannerSettings
+from fingersplit.splitting.state import GraspState, new_state, new_work
+from fingersplit.splitting.tracking import LIMIT_MARGIN
+
+seeds = st.integers(0, 2**32 - 1)
+SETTINGS = PlannerSettings()
+
+
+def random_state(hand: Hand, rng: np.random.Generator, *, at_limits: bool = False) -> GraspState:
+    """A hand anywhere, its pads touching a made-up surface of random normals."""
+    state = new_state(hand.arrays)
+    joints = rng.uniform(hand.lower + 0.01, hand.upper - 0.01)
+    if at_limits:
+        chance = rng.random(joints.size)
+        joints = np.where(chance < 0.25, hand.lower, np.where(chance > 0.75, hand.upper, joints))
+    state.pose.joints[:] = joints
+    state.pose.palm_rotation[:] = Rotation.random(rng=rng).as_matrix()
+    state.pose.palm_position[:] = rng.uniform(-0.2, 0.2, 3)
+    move_fingers(hand.arrays, state.pose, np.empty((2, 3, 3)))
+    normals = rng.normal(size=(len(hand.fingers), 3))
+    state.normals[:] = normals / np.linalg.norm(normals, axis=1, keepdims=True)
+    state.contacts[:] = state.pose.pads - hand.arrays.pad_radii[:, None] * state.normals
+    return state
+
+
+def gradients(hand: Hand, state: GraspState) -> tuple[np.ndarray, np.ndarray]:
+    by_contacts, by_joints = np.empty(state.contacts.shape), np.empty(len(hand.joint_names))
+    object_quality_gradient(state.contacts, by_contacts)
+    manipulability_gradient(hand.arrays, state.pose.joints, by_joints)
+    return SETTINGS.object_weight * by_contacts.ravel(), SETTINGS.hand_weight * by_joints
+
+
+def hand_jacobian(hand: Hand, state: GraspState) -> np.ndarray:
+    """Block-diagonal in the fingers: (3 F, N)."""
+    J = np.zeros((3 * len(hand.fingers), len(hand.joint_names)))
+    for f, count in enumerate(hand.arrays.joint_counts):
+        J[3 * f : 3 * f + 3, hand.arrays.joint_indices[f, :count]] = state.pose.jacobians[f, :, :count]
+    return J
+
+
+def pushed_outwards(hand: Hand, state: GraspState, step: np.ndarray) -> np.ndarray:
+    q = state.pose.joints
+    return ((step > 0) & (q >= hand.upper - LIMIT_MARGIN)) | ((step < 0) & (q <= hand.lower + LIMIT_MARGIN))
+
+
+def dense_cpo_step(hand: Hand, state: GraspState) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Eq. (4) with its full A; joints at a limit and pushed outwards lose their column. Also says which stayed."""
+    g_c, g_q = gradients(hand, state)
+    J, free = hand_jacobian(hand, state), np.ones(g_q.size, bool)
+    normals = scipy.linalg.block_diag(*(normal[None] for normal in state.normals))
+    while True:
+        A = np.block([[normals, np.zeros((len(normals), free.sum()))], [-np.eye(len(J)), J[:, free]]])
+        g = np.concatenate([g_c, g_q[free]])
+        d = g - A.T @ np.linalg.lstsq(A.T, g, rcond=1e-12)[0]  # (A A^T)^-1 A g, also where a whole finger left
+        step = np.zeros(g_q.size)
+        step[free] = d[g_c.size :]
+        outwards = pushed_outwards(hand, state, step)
+        if not outwards.any():
+            d *= SETTINGS.cpo_trust_region / np.linalg.norm(d)
+            step[free] = d[g_c.size :]
+            return d[: g_c.size], step, free
+        free &= ~outwards
+
+
+def dense_ppo_step(hand: Hand, state: GraspState, center: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Eq. (7), with the contact's ball joint at the pad's centre."""
+    _, g = gradients(hand, state)
+    J, free = hand_jacobian(hand, state), np.ones(g.size, bool)
+    G = grasp_map(hand, state, center)
+    while True:
+        J_free = J[:, free]
+        multipliers = np.linalg.solve(G.T @ G + J_free @ J_free.T, J_free @ g[free])
+        d_c, d_q = G @ multipliers, np.zeros(g.size)
+        d_q[free] = g[free] - J_free.T @ multipliers
+        outwards = pushed_outwards(hand, state, d_q)
+        if not outwards.any():
+            speed = SETTINGS.ppo_trust_region / np.linalg.norm(d_q)
+            return speed * d_c, speed * d_q
+        free &= ~outwards
+
+
+def grasp_map(hand: Hand, state: GraspState, center: np.ndarray) -> np.ndarray:
+    """(6, 3 F): contact forces to wrench about ``center``."""
+    arms = state.contacts + hand.arrays.pad_radii[:, None] * state.normals - center
+    return np.hstack([np.vstack([np.eye(3), skew(arm)]) for arm in arms])
+
+
+def skew(v) -> np.ndarray:
+    return np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
+
+
+def cpo_step(hand: Hand, state: GraspState) -> tuple[np.ndarray, np.ndarray]:
+    work = new_work(hand.arrays)
+    tangent_step(hand.arrays, SETTINGS.for_kernels(), state, work)
+    return work.contact_step.ravel(), work.joint_step
+
+
+def ppo_step(hand: Hand, state: GraspState, center: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    work = new_work(hand.arrays)
+    palm_tangent_step(hand.arrays, SETTINGS.for_kernels(), tuple(center.tolist()), state, work)
+    return work.twist, work.joint_step
+
+
+@given(seed=seeds)
+def test_cpo_step_is_equation_4(barrett, seed):
+    state = random_state(barrett, np.random.default_rng(seed))
+    contact_step, joint_step = cpo_step(barrett, state)
+    dense_contact_step, dense_joint_step, free = dense_cpo_step(barrett, state)
+    assert free.all()
+    np.testing.assert_allclose(contact_step, dense_contact_step, atol=1e-12)
+    np.testing.assert_allclose(joint_step, dense_joint_step, atol=1e-12)
+
+
+@given(seed=seeds)
+def test_cpo_step_without_joints_at_their_limits_is_equation_4_without_their_columns(barrett, seed):
+    state = random_state(barrett, np.random.default_rng(seed), at_limits=True)
+    contact_step, joint_step = cpo_step(barrett, state)
+    dense_contact_step, dense_joint_step, _ = dense_cpo_step(barrett, state)
+    np.testing.assert_allclose(contact_step, dense_contact_step, atol=1e-12)
+    np.testing.assert_allclose(joint_step, dense_joint_step, atol=1e-12)
+
+
+def test_some_joints_do_leave_the_active_set(barrett):
+    states = [random_state(barrett, np.random.default_rng(seed), at_limits=True) for seed in range(30)]
+    left = [(~dense_cpo_step(barrett, state)[2]).sum() for state in states]
+    assert np.mean(left) > 0.2
+
+
+@given(seed=seeds, at_limits=st.booleans())
+def test_cpo_step_stays_in_the_tangent_space_and_the_trust_region(barrett, seed, at_limits):
+    state = random_state(barrett, np.random.default_rng(seed), at_limits=at_limits)
+    contact_step, joint_step = cpo_step(barrett, state)
+    np.testing.assert_allclose((state.normals * contact_step.reshape(-1, 3)).sum(axis=1), 0, atol=1e-12)
+    np.testing.assert_allclose(contact_step, hand_jacobian(barrett, state) @ joint_step, atol=1e-12)
+    assert np.hypot(np.linalg.norm(contact_step), np.linalg.norm(joint_step)) == pytest.approx(0.15)
+    g_c, g_q = gradients(barrett, state)
+    assert g_c @ contact_step + g_q @ joint_step > 0
+
+
+@given(seed=seeds)
+def test_ppo_step_is_equation_7(barrett, seed):
+    rng = np.random.default_rng(seed)
+    state, center = random_state(barrett, rng), rng.uniform(-0.1, 0.1, 3)
+    twist, joint_step = ppo_step(barrett, state, center)
+    dense_twist, dense_joint_step = dense_ppo_step(barrett, state, center)
+    np.testing.assert_allclose(twist, dense_twist, rtol=1e-8, atol=1e-10)
+    np.testing.assert_allclose(joint_step, dense_joint_step, rtol=1e-8, atol=1e-10)
+
+
+@given(seed=seeds, at_limits=st.booleans())
+def test_ppo_step_moves_object_and_fingertips_together(barrett, seed, at_limits):
+    rng = np.random.default_rng(seed)
+    state, center = random_state(barrett, rng, at_limits=at_limits), rng.uniform(-0.1, 0.1, 3)
+    twist, joint_step = ppo_step(barrett, state, center)
+    G, J = grasp_map(barrett, state, center), hand_jacobian(barrett, state)
+    np.testing.assert_allclose(G.T @ twist, J @ joint_step, atol=1e-10)
+    assert np.linalg.norm(joint_step) == pytest.approx(0.5)
+    assert not pushed_outwards(barrett, state, joint_step).any()
+    dense_twist, dense_joint_step = dense_ppo_step(barrett, state, center)
+    np.testing.assert_allclose(twist, dense_twist, rtol=1e-8, atol=1e-10)
+    np.testing.assert_allclose(joint_step, dense_joint_step, rtol=1e-8, atol=1e-10)
+
+
+@given(seed=seeds, duration=st.sampled_from([0.0, 1e-9, 0.05, 1.0, 3.0]))
+def test_palm_moves_by_the_exponential_of_the_twist(barrett, seed, duration):
+    rng = np.random.default_rng(seed)
+    twist, center = rng.normal(size=6), rng.uniform(-0.1, 0.1, 3)
+    old, new = random_state(barrett, rng).pose, new_state(barrett.arrays).pose
+    move_palm(twist, duration, tuple(center.tolist()), old, np.empty((2, 3, 3)), new)
+    velocity = np.zeros((4, 4))
+    velocity[:3, :3], velocity[:3, 3] = skew(twist[3:]), twist[:3]
+    to_center, object_from_palm = np.eye(4), np.eye(4)
+    to_center[:3, 3] = -center
+    object_from_palm[:3, :3], object_from_palm[:3, 3] = old.palm_rotation, old.palm_position
+    back = scipy.linalg.expm(-duration * velocity)  # the palm sees the object move, the object the palm
+    expected = np.linalg.inv(to_center) @ back @ to_center @ object_from_palm
+    np.testing.assert_allclose(new.palm_rotation, expected[:3, :3], atol=1e-12)
+    np.testing.assert_allclose(new.palm_position, expected[:3, 3], atol=1e-12)
+
+
+@given(seed=seeds)
+def test_palm_and_joints_keep_the_contacts_to_first_order(barrett, seed):
+    rng = np.random.default_rng(seed)
+    state, center = random_state(barrett, rng), rng.uniform(-0.1, 0.1, 3)
+    twist, joint_step = ppo_step(barrett, state, center)
+    moved, slips = new_state(barrett.arrays).pose, []
+    for duration in (0.01, 0.005):
+        move_palm(twist, duration, tuple(center.tolist()), state.pose, np.empty((2, 3, 3)), moved)
+        moved.joints[:] = state.pose.joints + duration * joint_step
+        move_fingers(barrett.arrays, moved, np.empty((2, 3, 3)))
+        slips.append(np.linalg.norm(moved.pads - state.pose.pads))
+    travelled = 0.005 * np.linalg.norm(hand_jacobian(barrett, state) @ joint_step)
+    assert slips[1] < 0.05 * travelled + 1e-9
+    assert slips[0] / slips[1] == pytest.approx(4, rel=0.1)
