@@ -9,7 +9,7 @@ from fingersplit.splitting.acceptance import CONTINUE, REACHED_ITERATION_LIMIT, 
 from fingersplit.splitting.clock import seconds
 from fingersplit.splitting.state import QUALITY, attach_contacts, copy_state, evaluate, place_hand
 from fingersplit.splitting.trace import CPO, record
-from fingersplit.splitting.tracking import at_limit, track
+from fingersplit.splitting.tracking import STATIONARY, at_limit, track
 from fingersplit.vectors import add, get, scale, solve_positive_definite, subtract
 
 __all__ = ["optimize_contacts", "tangent_step"]
@@ -70,17 +70,19 @@ def tangent_step(hand, settings, state, work):
     manipulability_gradient(hand, state.pose.joints, work.joint_gradient)
     work.contact_gradient[:] *= settings.object_weight
     work.joint_gradient[:] *= settings.hand_weight
-    squared = 0.0
+    squared, steepest = 0.0, 0.0
     for finger in range(len(state.contacts)):
         _finger_step(hand, state, finger, work)
         for k in range(3):
             squared += work.contact_step[finger, k] ** 2
+            steepest += work.contact_gradient[finger, k] ** 2
     for j in range(hand.lower.size):
         squared += work.joint_step[j] ** 2
-    if squared > 0.0:
-        alpha = settings.cpo_trust_region / math.sqrt(squared)
-        work.contact_step[:] *= alpha
-        work.joint_step[:] *= alpha
+        steepest += work.joint_gradient[j] ** 2
+    moves = squared > STATIONARY**2 * steepest
+    alpha = settings.cpo_trust_region / math.sqrt(squared) if moves else 0.0
+    work.contact_step[:] *= alpha
+    work.joint_step[:] *= alpha
 
 
 @kernel

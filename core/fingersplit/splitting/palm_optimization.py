@@ -13,7 +13,7 @@ from fingersplit.splitting.acceptance import CONTINUE, REACHED_ITERATION_LIMIT, 
 from fingersplit.splitting.clock import seconds
 from fingersplit.splitting.state import copy_state, evaluate, pad_target, place_hand
 from fingersplit.splitting.trace import PPO, record
-from fingersplit.splitting.tracking import at_limit, track
+from fingersplit.splitting.tracking import STATIONARY, at_limit, track
 from fingersplit.vectors import (
     add,
     cross,
@@ -73,10 +73,14 @@ def palm_tangent_step(hand, settings, center, state, work):
                 work.frozen[j], changed = True, True
         if not changed:
             break
-    length = math.sqrt((work.joint_step * work.joint_step).sum())
-    if length > 0.0:
-        work.twist[:] *= settings.ppo_trust_region / length
-        work.joint_step[:] *= settings.ppo_trust_region / length
+    squared, steepest = 0.0, 0.0
+    for j in range(hand.lower.size):
+        squared += work.joint_step[j] ** 2
+        steepest += work.joint_gradient[j] ** 2
+    moves = squared > STATIONARY**2 * steepest
+    alpha = settings.ppo_trust_region / math.sqrt(squared) if moves else 0.0
+    work.twist[:] *= alpha
+    work.joint_step[:] *= alpha
 
 
 @kernel

@@ -3,7 +3,7 @@
 from fingersplit.compilation import kernel
 from fingersplit.vectors import add, dot, scale, solve_positive_definite
 
-__all__ = ["at_limit", "track"]
+__all__ = ["STATIONARY", "at_limit", "track"]
 
 DAMPING = 1e-3
 """[m/rad]; two percent of a short finger's reach, so a straight finger does not run away."""
@@ -13,6 +13,9 @@ ACTIVE_SET_ROUNDS = 12
 
 LEAST_PULL_BACK = 1e-15
 """[m^2/rad]; rounding, not a pull."""
+
+STATIONARY = 1e-9
+"""A tangent step this much shorter than the gradient is rounding: there is no way to go."""
 
 LIMIT_MARGIN = 1e-9
 """[rad]; closer than this a joint counts as standing at its limit."""

@@ -70,7 +70,8 @@ def dense_cpo_step(hand: Hand, state: GraspState) -> tuple[np.ndarray, np.ndarra
         step[free] = d[g_c.size :]
         outwards = pushed_outwards(hand, state, step)
         if not outwards.any():
-            d *= SETTINGS.cpo_trust_region / np.linalg.norm(d)
+            moves = np.linalg.norm(d) > 1e-9 * np.hypot(np.linalg.norm(g_c), np.linalg.norm(g_q))
+            d *= SETTINGS.cpo_trust_region / np.linalg.norm(d) if moves else 0.0
             step[free] = d[g_c.size :]
             return d[: g_c.size], step, free
         free &= ~outwards
@@ -130,8 +131,8 @@ def test_cpo_step_without_joints_at_their_limits_is_equation_4_without_their_col
     state = random_state(barrett, np.random.default_rng(seed), at_limits=True)
     contact_step, joint_step = cpo_step(barrett, state)
     dense_contact_step, dense_joint_step, _ = dense_cpo_step(barrett, state)
-    np.testing.assert_allclose(contact_step, dense_contact_step, atol=1e-12)
-    np.testing.assert_allclose(joint_step, dense_joint_step, atol=1e-12)
+    np.testing.assert_allclose(contact_step, dense_contact_step, atol=1e-11)
+    np.testing.assert_allclose(joint_step, dense_joint_step, atol=1e-11)
 
 
 def test_some_joints_do_leave_the_active_set(barrett):
@@ -146,9 +147,19 @@ def test_cpo_step_stays_in_the_tangent_space_and_the_trust_region(barrett, seed,
     contact_step, joint_step = cpo_step(barrett, state)
     np.testing.assert_allclose((state.normals * contact_step.reshape(-1, 3)).sum(axis=1), 0, atol=1e-12)
     np.testing.assert_allclose(contact_step, hand_jacobian(barrett, state) @ joint_step, atol=1e-12)
-    assert np.hypot(np.linalg.norm(contact_step), np.linalg.norm(joint_step)) == pytest.approx(0.15)
+    length = np.hypot(np.linalg.norm(contact_step), np.linalg.norm(joint_step))
+    if at_limits and length == 0:  # every finger with one free joint: nowhere to go
+        return
+    assert length == pytest.approx(0.15)
     g_c, g_q = gradients(barrett, state)
     assert g_c @ contact_step + g_q @ joint_step > 0
+
+
+def test_no_step_where_no_finger_can_move_along_the_surface(barrett):
+    state = random_state(barrett, np.random.default_rng(1340), at_limits=True)
+    contact_step, joint_step = cpo_step(barrett, state)
+    np.testing.assert_array_equal(contact_step, 0)
+    np.testing.assert_array_equal(joint_step, 0)
 
 
 @given(seed=seeds)
