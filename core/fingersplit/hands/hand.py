@@ -11,10 +11,10 @@ import trimesh
 from numpy.typing import ArrayLike, NDArray
 
 from fingersplit.errors import UnknownHandError
-from fingersplit.hands.kernel import HandArrays, HandPose, empty_pose, move_fingers
+from fingersplit.hands.kernel import HandArrays, HandPose, empty_pose, move_fingers, place_shapes
 from fingersplit.hands.mjcf import read_mjcf
 from fingersplit.hands.shapes import shape_mesh
-from fingersplit.transforms import pose_matrix
+from fingersplit.transforms import pose_matrix, transform_points
 
 __all__ = ["Finger", "Gripper", "Hand", "available_hands", "load_hand"]
 
@@ -95,17 +95,11 @@ class Hand:
     def posed_meshes(self, joints: ArrayLike) -> list[tuple[str, NDArray[np.float64], NDArray[np.int64]]]:
         """Every collision primitive as name, vertices in the palm frame (n, 3) [m] and faces (m, 3)."""
         pose = self.pose(joints)
+        place_shapes(self.arrays, pose)
         meshes = []
-        for k, name in enumerate(self.shape_names):
-            finger, link = self.arrays.shape_fingers[k], self.arrays.shape_links[k]
-            palm_from_link = np.eye(4)
-            if finger >= 0:
-                palm_from_link = pose_matrix(pose.link_rotations[finger, link], pose.link_positions[finger, link])
-            mesh = self._shape_meshes[k]
-            palm_from_shape = palm_from_link @ pose_matrix(
-                self.arrays.shape_rotations[k], self.arrays.shape_positions[k]
-            )
-            meshes.append((name, trimesh.transform_points(mesh.vertices, palm_from_shape), np.asarray(mesh.faces)))
+        for k, (name, mesh) in enumerate(zip(self.shape_names, self._shape_meshes, strict=True)):
+            palm_from_shape = pose_matrix(pose.shape_rotations[k], pose.shape_positions[k])
+            meshes.append((name, transform_points(palm_from_shape, mesh.vertices), np.asarray(mesh.faces)))
         return meshes
 
     @cached_property

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from fingersplit.compilation import kernel
 from fingersplit.vectors import add, cross, get, multiply, put, rotate, set_rotation_about, subtract
 
-__all__ = ["MAX_JOINTS", "HandArrays", "HandPose", "empty_pose", "move_fingers"]
+__all__ = ["MAX_JOINTS", "HandArrays", "HandPose", "empty_pose", "move_fingers", "place_shapes"]
 
 MAX_JOINTS = 4
 """Most joints of one finger that the kernels are built for."""
@@ -67,6 +67,8 @@ class HandPose(NamedTuple):
         pad_normals: Unit vectors out of the pads, (F, 3).
         jacobians: Pad centre by the finger's own joints, ``J_q2c,i`` of [Fan2018] eq. (3b),
             (F, 3, MAX_JOINTS) [m/rad].
+        shape_rotations: ``object_from_shape`` of the collision primitives, output of ``place_shapes``, (K, 3, 3).
+        shape_positions: Their centres, likewise, (K, 3) [m].
     """
 
     palm_rotation: NDArray[np.float64]
@@ -77,12 +79,14 @@ class HandPose(NamedTuple):
     pads: NDArray[np.float64]
     pad_normals: NDArray[np.float64]
     jacobians: NDArray[np.float64]
+    shape_rotations: NDArray[np.float64]
+    shape_positions: NDArray[np.float64]
 
 
 @kernel
 def empty_pose(hand):
     """A pose with the palm at the origin and all joints at zero, outputs unset."""
-    fingers, joints = hand.joint_counts.size, hand.lower.size
+    fingers, joints, shapes = hand.joint_counts.size, hand.lower.size, hand.shape_kinds.size
     return HandPose(
         np.eye(3),
         np.zeros(3),
@@ -92,6 +96,8 @@ def empty_pose(hand):
         np.zeros((fingers, 3)),
         np.zeros((fingers, 3)),
         np.zeros((fingers, 3, MAX_JOINTS)),
+        np.zeros((shapes, 3, 3)),
+        np.zeros((shapes, 3)),
     )
 
 
@@ -122,3 +128,17 @@ def move_fingers(hand, pose, scratch):
             column = cross(axis, subtract(pad, get(pose.link_positions[finger], j)))
             for k in range(3):
                 pose.jacobians[finger, k, j] = column[k]
+
+
+@kernel
+def place_shapes(hand, pose):
+    """Rotations and centres of the collision primitives of a ``pose`` whose links are up to date."""
+    for shape in range(hand.shape_kinds.size):
+        finger, link = hand.shape_fingers[shape], hand.shape_links[shape]
+        if finger >= 0:
+            rotation, position = pose.link_rotations[finger, link], get(pose.link_positions[finger], link)
+        else:
+            rotation = pose.palm_rotation
+            position = (pose.palm_position[0], pose.palm_position[1], pose.palm_position[2])
+        multiply(rotation, hand.shape_rotations[shape], pose.shape_rotations[shape])
+        put(pose.shape_positions, shape, add(position, rotate(rotation, get(hand.shape_positions, shape))))

@@ -12,7 +12,7 @@ from fingersplit.splitting.acceptance import (
     judge_collision,
     judge_pads,
 )
-from fingersplit.splitting.collision import penetration
+from fingersplit.splitting.collision import refined_penetration
 from fingersplit.splitting.contact_optimization import optimize_contacts
 from fingersplit.splitting.palm_optimization import optimize_palm
 from fingersplit.splitting.state import (
@@ -98,7 +98,7 @@ def _settle(problem, state, candidate, work, trace):
 
 @kernel
 def _inspect(problem, state):
-    """Contacts, normals, residuals and Q where the pads touch the triangles, penetration against every sample."""
+    """Contacts, normals, residuals and Q where the pads touch the triangles, penetration against the surface."""
     surface = problem.surface
     for finger in range(len(state.contacts)):
         _, point = touch(surface, get(state.pose.pads, finger), state.samples[finger])
@@ -110,4 +110,4 @@ def _inspect(problem, state):
         away = subtract(get(state.pose.pads, finger), get(state.contacts, finger))
         outside = dot(away, get(state.normals, finger)) >= 0.0
         state.residuals[finger] = abs((norm(away) if outside else -norm(away)) - problem.hand.pad_radii[finger])
-    state.scores[PENETRATION] = penetration(problem.hand, state.pose, problem.surface.grid)
+    state.scores[PENETRATION] = refined_penetration(problem.hand, state.pose, problem.surface)
