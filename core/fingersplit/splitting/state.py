@@ -89,6 +89,8 @@ class Work(NamedTuple):
         matrix: System matrix, (3 F, 3 F).
         columns: Right-hand sides, (3 F, 2).
         frozen: Joints out of the active set, (N,) bool.
+        limits: Lowest and highest step of a finger's joints, (2, MAX_JOINTS) [rad].
+        steps: Steps of a finger's joints, (MAX_JOINTS,) [rad].
         clock: For ``seconds``, (2,) int64.
         times: Seconds in tangent search, projection and test, collision; first CPO then PPO, (6,) [s].
     """
@@ -102,6 +104,8 @@ class Work(NamedTuple):
     matrix: NDArray[np.float64]
     columns: NDArray[np.float64]
     frozen: NDArray[np.bool_]
+    limits: NDArray[np.float64]
+    steps: NDArray[np.float64]
     clock: NDArray[np.int64]
     times: NDArray[np.float64]
 
@@ -135,7 +139,9 @@ def new_work(hand):
         np.zeros(6),
         np.zeros((size, size)),
         np.zeros((size, 2)),
-        np.zeros(joints, np.bool_),
+        np.zeros(max(joints, MAX_JOINTS), np.bool_),
+        np.zeros((2, MAX_JOINTS)),
+        np.zeros(MAX_JOINTS),
         np.zeros(2, np.int64),
         np.zeros(6),
     )

@@ -33,75 +33,85 @@ def at_limit(hand, joints, j, direction):
 def track(hand, pose, finger, displacement, work, joints):
     """Move one finger's joints so that its pad follows ``displacement`` (3,) [m], as J^-1 in [Fan2018] does.
 
-    Minimises |J d_q - displacement|^2 + DAMPING^2 |d_q|^2 with the joint limits as bounds, by an active set: a joint
-    that would cross its limit is held there, and one that is held but pulled back inside is let go. Writes the new
-    angles to ``joints`` (N,) [rad], which must not be ``pose.joints``.
+    Minimises |J d_q - displacement|^2 + DAMPING^2 |d_q|^2 with the joint limits as bounds. Writes the new angles to
+    ``joints`` (N,) [rad], which must not be ``pose.joints``.
     """
-    count = hand.joint_counts[finger]
+    count, indices = hand.joint_counts[finger], hand.joint_indices[finger]
+    lowest, highest, steps = work.limits[0], work.limits[1], work.steps
     for i in range(count):
-        work.frozen[i] = False
+        lowest[i] = hand.lower[indices[i]] - pose.joints[indices[i]]
+        highest[i] = hand.upper[indices[i]] - pose.joints[indices[i]]
+    _bounded_least_squares(
+        pose.jacobians[finger], count, displacement, lowest, highest, work.frozen, work.matrix, work.columns, steps
+    )
+    for i in range(count):
+        j = indices[i]
+        joints[j] = min(max(pose.joints[j] + steps[i], hand.lower[j]), hand.upper[j])
+
+
+@kernel
+def _bounded_least_squares(J, count, target, lowest, highest, held, matrix, columns, steps):
+    """The ``count`` steps within bounds that minimise |J steps - target|^2 + DAMPING^2 |steps|^2, by an active set.
+
+    A step that would cross its bound is held there, and one that is held but pulled back inside is let go.
+    """
+    for i in range(count):
+        held[i] = False
     for _ in range(ACTIVE_SET_ROUNDS):
-        _solve_free_joints(hand, pose, finger, displacement, work, joints)
-        if _hold_worst(hand, pose, finger, work, joints):
+        _solve_free_steps(J, count, target, held, matrix, columns, steps)
+        if _hold_worst(count, lowest, highest, held, columns, steps):
             continue
-        if not _let_go(hand, pose, finger, displacement, work, joints):
+        if not _let_go(J, count, target, highest, held, steps):
             return
 
 
 @kernel
-def _solve_free_joints(hand, pose, finger, displacement, work, joints):
-    """Steps of the joints that are not held, given the steps of those that are, into ``work.columns[:, 0]``."""
-    count, J, frozen = hand.joint_counts[finger], pose.jacobians[finger], work.frozen
+def _solve_free_steps(J, count, target, held, matrix, columns, steps):
+    """Steps that are not held, given those that are, into ``columns[:, 0]``."""
     for i in range(count):
-        work.columns[i, 0], work.columns[i, 1] = 0.0, 0.0
+        columns[i, 0], columns[i, 1] = 0.0, 0.0
         for j in range(count):
-            work.matrix[i, j] = DAMPING * DAMPING if i == j else 0.0
-        if frozen[i]:
+            matrix[i, j] = DAMPING * DAMPING if i == j else 0.0
+        if held[i]:
             continue
         for k in range(3):
-            work.columns[i, 0] += J[k, i] * displacement[k]
+            columns[i, 0] += J[k, i] * target[k]
         for j in range(count):
             entry = J[0, i] * J[0, j] + J[1, i] * J[1, j] + J[2, i] * J[2, j]
-            if frozen[j]:
-                index = hand.joint_indices[finger, j]
-                work.columns[i, 0] -= entry * (joints[index] - pose.joints[index])
+            if held[j]:
+                columns[i, 0] -= entry * steps[j]
             else:
-                work.matrix[i, j] += entry
-    solve_positive_definite(work.matrix, work.columns, count)
+                matrix[i, j] += entry
+    solve_positive_definite(matrix, columns, count)
 
 
 @kernel
-def _hold_worst(hand, pose, finger, work, joints):
-    """Take the steps of the free joints up to their limits and hold the one that was cut most; whether any was."""
+def _hold_worst(count, lowest, highest, held, columns, steps):
+    """Cut the free steps to their bounds and hold the one that was cut most; whether any was."""
     worst, worst_excess = -1, 0.0
-    for i in range(hand.joint_counts[finger]):
-        if not work.frozen[i]:
-            j = hand.joint_indices[finger, i]
-            angle = pose.joints[j] + work.columns[i, 0]
-            joints[j] = min(max(angle, hand.lower[j]), hand.upper[j])
-            if abs(angle - joints[j]) > worst_excess:
-                worst, worst_excess = i, abs(angle - joints[j])
+    for i in range(count):
+        if not held[i]:
+            steps[i] = min(max(columns[i, 0], lowest[i]), highest[i])
+            if abs(columns[i, 0] - steps[i]) > worst_excess:
+                worst, worst_excess = i, abs(columns[i, 0] - steps[i])
     if worst >= 0:
-        work.frozen[worst] = True
+        held[worst] = True
     return worst >= 0
 
 
 @kernel
-def _let_go(hand, pose, finger, displacement, work, joints):
-    """Free the held joint that the objective pulls back inside most strongly; whether there was one."""
-    count, J = hand.joint_counts[finger], pose.jacobians[finger]
-    gap = scale(-1.0, displacement)
+def _let_go(J, count, target, highest, held, steps):
+    """Free the held step that the objective pulls back inside most strongly; whether there was one."""
+    gap = scale(-1.0, target)
     for i in range(count):
-        j = hand.joint_indices[finger, i]
-        gap = add(gap, scale(joints[j] - pose.joints[j], (J[0, i], J[1, i], J[2, i])))
+        gap = add(gap, scale(steps[i], (J[0, i], J[1, i], J[2, i])))
     strongest, strongest_pull = -1, LEAST_PULL_BACK
     for i in range(count):
-        if work.frozen[i]:
-            j = hand.joint_indices[finger, i]
-            slope = dot((J[0, i], J[1, i], J[2, i]), gap) + DAMPING * DAMPING * (joints[j] - pose.joints[j])
-            pull = slope if joints[j] >= hand.upper[j] else -slope
+        if held[i]:
+            slope = dot((J[0, i], J[1, i], J[2, i]), gap) + DAMPING * DAMPING * steps[i]
+            pull = slope if steps[i] >= highest[i] else -slope
             if pull > strongest_pull:
                 strongest, strongest_pull = i, pull
     if strongest >= 0:
-        work.frozen[strongest] = False
+        held[strongest] = False
     return strongest >= 0
