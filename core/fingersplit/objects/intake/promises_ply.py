@@ -55,7 +55,8 @@ def check_ply(data: bytes) -> bytes:
     body = data[header.end() :]
     n_rows = sum(element.count for element in elements)
     if n_rows > len(body):
-        raise truncated(f"{n_rows:,} rows of a byte or more", f"{len(body):,} bytes for them")
+        promised = " and ".join(f"{element.count:,} {element.name} rows" for element in elements[:3])
+        raise truncated(promised, f"{len(body):,} bytes for them")
     check_count(sum(element.count for element in elements if element.name == "face"), MOST_FACES)
     if "ascii" not in kept[1] and not _rows_alike(elements, body):
         # Where polygons differ in their numbers of corners, trimesh reads the ASCII form only.
