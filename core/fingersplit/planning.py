@@ -1,7 +1,5 @@
 """The whole way on one screen: object and hand, parallel grasps, starts, finger splitting, ranked grasps."""
 
-import math
-from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from time import perf_counter
 from typing import TypeVar
@@ -14,12 +12,10 @@ from fingersplit.objects.model import ObjectModel
 from fingersplit.objects.surface import closest
 from fingersplit.parallel_grasps.antipodal import sample_antipodal
 from fingersplit.parallel_grasps.parallel_grasp import ParallelGrasp
-from fingersplit.plan import Plan, PlannedGrasp
-from fingersplit.quality.assessment import assess
-from fingersplit.quality.forces import holding_forces
-from fingersplit.quality.metrics import WrenchSpace
+from fingersplit.plan import Plan
+from fingersplit.ranking import describe_outcome, rank_runs
 from fingersplit.splitting.settings import PlannerSettings
-from fingersplit.splitting.starts import Run, build_problem, map_starts, split_start
+from fingersplit.splitting.starts import build_problem, map_starts, split_start
 
 __all__ = ["plan"]
 
@@ -89,10 +85,10 @@ def plan(
     watch.lap("mapping")
     runs = tuple(split_start(problem, hand, start) for start in _reported(mapped, "splitting", report))
     watch.lap("splitting")
-    grasps = _rank(model, runs, top_k, settings)
+    grasps = rank_runs(model, runs, top_k, settings)
     watch.lap("ranking")
     report("ranking", 1.0)
-    message = _message(len(parallel_grasps), runs, hand, settings)
+    message = describe_outcome(len(parallel_grasps), runs, hand, settings)
     return Plan(hand, model, seed, starts, runs, grasps, message, seconds)
 
 
@@ -131,48 +127,3 @@ def _reported(items: Sequence[Item], stage: str, report: Progress) -> Iterator[I
         report(stage, done / len(items))
         yield item
     report(stage, 1.0)
-
-
-def _rank(model: ObjectModel, runs: Sequence[Run], top_k: int, settings: PlannerSettings) -> tuple[PlannedGrasp, ...]:
-    """The best ``top_k`` runs that are not nearly a better one."""
-    candidates = []
-    for run in runs:
-        space = WrenchSpace(
-            run.final.contacts, run.final.normals, settings.friction, model.center_of_mass, model.radius
-        )
-        candidates.append((run, space, assess(space, run.scores)))
-    candidates.sort(key=lambda c: (len(c[0].violations), -c[2].ferrari_canny, -c[2].quality))
-    kept: list[PlannedGrasp] = []
-    for run, space, metrics in candidates:
-        if len(kept) == top_k:
-            break
-        if not any(_nearly_same(run, better.run) for better in kept):
-            kept.append(PlannedGrasp(len(kept) + 1, run, metrics, holding_forces(space, model.mass)))
-    return tuple(kept)
-
-
-def _nearly_same(a: Run, b: Run) -> bool:
-    """Whether two grasps put the hand in nearly the same place: 5 mm and 0.1 rad."""
-    between = np.linalg.inv(a.final.object_from_palm) @ b.final.object_from_palm
-    angle = math.acos(min(1.0, max(-1.0, (np.trace(between[:3, :3]) - 1) / 2)))
-    return bool(np.linalg.norm(between[:3, 3]) < 5e-3 and angle < 0.1)
-
-
-def _message(grasps: int, runs: Sequence[Run], hand: Hand, settings: PlannerSettings) -> str:
-    feasible = sum(run.feasible for run in runs)
-    if feasible:
-        return f"{feasible} of {len(runs)} starts ended in a feasible grasp."
-    if grasps == 0:
-        low, high = (1e3 * x for x in hand.gripper.opening)
-        return (
-            f"No parallel grasp exists to start from: no two opposite surface points lie inside each other's friction "
-            f"cones (friction {settings.friction:g}) within the hand's opening of {low:g} to {high:g} mm."
-        )
-    if not runs:
-        return (
-            f"None of the {grasps} parallel grasps could be taken over by the hand: no standoff brings all fingertips "
-            f"within reach of the surface next to the two contacts."
-        )
-    ends = Counter(run.termination for run in runs)
-    reasons = ", ".join(f"{count} {end.label.replace('_', ' ')}" for end, count in ends.most_common())
-    return f"None of {len(runs)} starts ended in a feasible grasp: {reasons}. {ends.most_common(1)[0][0].advice}"

@@ -23,6 +23,7 @@ FLOORS = (
     {"parallel_grasps", "quality"},
     {"splitting"},
     {"plan"},
+    {"ranking"},
     {"planning", "recording"},
     {"warming"},
     {"cli"},
