@@ -1,33 +1,24 @@
 """Files that are broken, lying or no graspable object end in a sentence, quickly and in little memory."""
 
-import json
 import os
 import struct
 import time
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
-import trimesh
 
 from fingersplit.errors import MeshError
 from fingersplit.objects.intake import read_mesh
+from mesh_bytes import PLY_HEADER, ball, glb
 
 BAD = Path(os.environ.get("FINGERSPLIT_OBJECTS", Path(__file__).parents[4] / "shared" / "objects")) / "bad"
 BOX_VERTICES = "".join(f"v {x} {y} {z}\n" for z in (0, 0.05) for x, y in ((0, 0), (0.05, 0), (0.05, 0.05), (0, 0.05)))
 BOX_FACES = "f 1 3 2\nf 1 4 3\nf 5 6 7\nf 5 7 8\nf 1 2 6\nf 1 6 5\n"
 BOX_FACES += "f 2 3 7\nf 2 7 6\nf 3 4 8\nf 3 8 7\nf 4 1 5\nf 4 5 8\n"
 BOX = (BOX_VERTICES + BOX_FACES).encode()
-PLY_HEADER = "ply\nformat {0} 1.0\nelement vertex {1}\nproperty float x\nproperty float y\nproperty float z\n"
-PLY_HEADER += "element face {2}\nproperty list uchar int vertex_indices\nend_header\n"
 SIGNED_PLY = PLY_HEADER.format("binary_little_endian", 1, 1).replace("uchar", "char").encode()
 ONE_FACE_PLY = PLY_HEADER.format("ascii", 1, 1).encode()
-
-
-def ball(file_type: str, **options: object) -> bytes:
-    data = trimesh.creation.icosphere(subdivisions=1, radius=0.05).export(file_type=file_type, **options)
-    return data.encode() if isinstance(data, str) else data
 
 
 def with_vertices(*rows: str) -> bytes:
@@ -46,18 +37,6 @@ def random_triangles() -> bytes:
 def stl(corners: np.ndarray, count: int | None = None) -> bytes:
     facets = b"".join(bytes(12) + triangle.astype("<f4").tobytes() + bytes(2) for triangle in corners)
     return bytes(80) + struct.pack("<I", len(corners) if count is None else count) + facets
-
-
-def glb(change: Callable[[dict], object], binary: bytes | None = None) -> bytes:
-    """The ball as GLB with its document changed."""
-    data = ball("glb")
-    length = int.from_bytes(data[12:16], "little")
-    document = json.loads(data[20 : 20 + length])
-    change(document)
-    text = json.dumps(document).encode()
-    chunks = data[20 + length :] if binary is None else struct.pack("<I4s", len(binary), b"BIN\0") + binary
-    body = struct.pack("<I4s", len(text), b"JSON") + text + chunks
-    return struct.pack("<4sII", b"glTF", 2, 12 + len(body)) + body
 
 
 def triangle_grid(size: int) -> bytes:

@@ -1,39 +1,17 @@
 """No file, however it lies or is damaged, costs more than a little time and memory."""
 
-import json
 import struct
 import subprocess
 import sys
 import time
-from collections.abc import Callable
 
 import numpy as np
 import pytest
-import trimesh
 
 from fingersplit.errors import MeshError
 from fingersplit.objects.intake import read_mesh
 from fingersplit.objects.intake.promises import MOST_FACES, MOST_FACES_AS_TEXT
-
-PLY_HEADER = "ply\nformat {0} 1.0\nelement vertex {1}\nproperty float x\nproperty float y\nproperty float z\n"
-PLY_HEADER += "element face {2}\nproperty list uchar int vertex_indices\nend_header\n"
-
-
-def ball(file_type: str, **options: object) -> bytes:
-    data = trimesh.creation.icosphere(subdivisions=1, radius=0.05).export(file_type=file_type, **options)
-    return data.encode() if isinstance(data, str) else data
-
-
-def glb(change: Callable[[dict], object], binary: bytes | None = None) -> bytes:
-    """The ball as GLB with its document changed."""
-    data = ball("glb")
-    length = int.from_bytes(data[12:16], "little")
-    document = json.loads(data[20 : 20 + length])
-    change(document)
-    text = json.dumps(document).encode()
-    chunks = data[20 + length :] if binary is None else struct.pack("<I4s", len(binary), b"BIN\0") + binary
-    body = struct.pack("<I4s", len(text), b"JSON") + text + chunks
-    return struct.pack("<4sII", b"glTF", 2, 12 + len(body)) + body
+from mesh_bytes import PLY_HEADER, ball, glb
 
 
 def stl(promised: int, facets: bytes) -> bytes:

@@ -147,7 +147,7 @@ class PlannedObject(Document):
     mass: float = Field(description="Mass at the density that the planner assumes [kg].")
     center_of_mass: Vector3 = Field(description="Centre of mass, object frame [m].")
     samples: int = Field(description="Number of surface samples.")
-    sample_spacing: float = Field(description="Mean distance between neighbouring samples [m].")
+    sample_spacing: float = Field(description="Least distance between two samples [m].")
 
 
 class PlanSummary(Document):
