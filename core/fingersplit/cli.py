@@ -105,7 +105,8 @@ def warm() -> None:
     from fingersplit.warming import compile_kernels
 
     for name in available_hands():
-        compile_kernels(load_hand(name))
+        with Console(stderr=True).status(f"compiling the kernels for {name} (about a minute with an empty cache)"):
+            compile_kernels(load_hand(name))
 
 
 def main() -> None:
@@ -125,7 +126,7 @@ def _progress() -> Iterator[Any]:
     from fingersplit.warming import kernels_are_compiled
 
     console = Console(stderr=True)
-    if not kernels_are_compiled():
+    if console.is_terminal and not kernels_are_compiled():
         console.print("Compiling the planner's kernels first (about a minute, once).")
     columns = (TextColumn("{task.description:>22}"), BarColumn(), TimeElapsedColumn())
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
