@@ -11,7 +11,7 @@ __all__ = ["compile_kernels", "kernels_are_compiled"]
 
 def kernels_are_compiled() -> bool:
     """Whether the cache holds compiled kernels of these sources."""
-    return kernel_cache_folder().exists()
+    return kernel_cache_folder("fingersplit.splitting.finger_splitting").exists()
 
 
 def compile_kernels(hand: Hand) -> None:
