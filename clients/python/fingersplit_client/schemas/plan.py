@@ -144,10 +144,14 @@ class PlannedObject(Document):
     name: str = Field(description="Name given by whoever uploaded it.")
     extents: Vector3 = Field(description="Edge lengths of the axis-aligned bounding box, object frame [m].")
     volume: float = Field(description="Enclosed volume [m^3].")
-    mass: float = Field(description="Mass at the density that the planner assumes [kg].")
+    mass: float = Field(description="Mass, given or at the density that the planner assumes [kg].")
     center_of_mass: Vector3 = Field(description="Centre of mass, object frame [m].")
+    inertia: tuple[Vector3, Vector3, Vector3] = Field(
+        description="Inertia about the centre of mass, along the axes of the object frame [kg m^2]."
+    )
     samples: int = Field(description="Number of surface samples.")
     sample_spacing: float = Field(description="Least distance between two samples [m].")
+    seen: float = Field(description="Share of the closed surface that is known: 1 for a mesh, less for a point cloud.")
 
 
 class PlanSummary(Document):
