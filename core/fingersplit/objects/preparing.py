@@ -4,17 +4,25 @@ from collections.abc import Callable
 
 from fingersplit.compilation import kernel_cache_folder
 from fingersplit.objects.cache import ContentCache
+from fingersplit.objects.cloud import PointCloud, prepare_cloud
 from fingersplit.objects.mesh import Mesh
 from fingersplit.objects.model import ObjectModel, prepare_object
 from fingersplit.objects.options import ObjectOptions
 
-__all__ = ["prepare_cached"]
+__all__ = ["prepare", "prepare_cached"]
+
+
+def prepare(shape: Mesh | PointCloud, name: str = "object", options: ObjectOptions | None = None) -> ObjectModel:
+    """Prepare a mesh or a point cloud for planning."""
+    if isinstance(shape, PointCloud):
+        return prepare_cloud(shape, name, options)
+    return prepare_object(shape, name, options)
 
 
 def prepare_cached(
     cache: ContentCache,
     content_hash: str,
-    load: Callable[[], Mesh],
+    load: Callable[[], Mesh | PointCloud],
     name: str = "object",
     options: ObjectOptions | None = None,
 ) -> ObjectModel:
@@ -22,8 +30,8 @@ def prepare_cached(
 
     Args:
         cache: Where prepared objects are kept.
-        content_hash: Hash of the mesh.
-        load: Called for the mesh if it has to be prepared.
+        content_hash: Hash of the mesh or cloud.
+        load: Called for the mesh or cloud if it has to be prepared.
         name: What people call the object.
         options: Mass, friction and fairing; None for the defaults.
     """
@@ -31,5 +39,5 @@ def prepare_cached(
     # Objects that other sources prepared are other objects; the folder's name stands for these.
     sources = kernel_cache_folder("fingersplit.objects.preparing").name
     key = f"object-{content_hash}-{options.content_hash}-{sources}"
-    arrays = cache.fetch(key, lambda: prepare_object(load(), name, options).to_arrays())
+    arrays = cache.fetch(key, lambda: prepare(load(), name, options).to_arrays())
     return ObjectModel.from_arrays(arrays, name, options)

@@ -12,7 +12,7 @@ from fingersplit.splitting.acceptance import (
     judge_collision,
     judge_pads,
 )
-from fingersplit.splitting.collision import refined_penetration
+from fingersplit.splitting.collision import penetration, refined_penetration
 from fingersplit.splitting.contact_optimization import optimize_contacts
 from fingersplit.splitting.palm_optimization import optimize_palm
 from fingersplit.splitting.state import (
@@ -110,4 +110,6 @@ def _inspect(problem, state):
         away = subtract(get(state.pose.pads, finger), get(state.contacts, finger))
         outside = dot(away, get(state.normals, finger)) >= 0.0
         state.residuals[finger] = abs((norm(away) if outside else -norm(away)) - problem.hand.pad_radii[finger])
-    state.scores[PENETRATION] = refined_penetration(problem.hand, state.pose, problem.surface)
+    refined = refined_penetration(problem.hand, state.pose, problem.surface)
+    # What a cloud's view did not see is in no sample of the surface.
+    state.scores[PENETRATION] = max(refined, penetration(problem.hand, state.pose, problem.collision))
