@@ -25,20 +25,20 @@ class TriangleGrid(NamedTuple):
     Attributes:
         vertices: Corner points, (n_vertices, 3) [m].
         faces: Vertex indices, counter-clockwise seen from outside, (n_faces, 3) int32.
-        origin: Lowest corner of the first cell, (3,) [m].
-        cell: Edge length of a cell [m].
-        shape: Number of cells along each axis, (3,) int64.
         starts: First entry of each cell in ``members``, one more than there are cells, int32.
         members: Face indices, cell after cell, int32.
+        origin: Lowest corner of the first cell [m].
+        shape: Number of cells along each axis.
+        cell: Edge length of a cell [m].
     """
 
     vertices: NDArray[np.float64]
     faces: NDArray[np.int32]
-    origin: NDArray[np.float64]
-    cell: float
-    shape: NDArray[np.int64]
     starts: NDArray[np.int32]
     members: NDArray[np.int32]
+    origin: tuple[float, float, float]
+    shape: tuple[int, int, int]
+    cell: float
 
 
 def bin_triangles(mesh: Mesh) -> TriangleGrid:
@@ -47,12 +47,12 @@ def bin_triangles(mesh: Mesh) -> TriangleGrid:
     longest = float(sides.max())
     volume = float(np.maximum(sides, 0.01 * longest).prod())
     cell = max((volume / (CELLS_PER_TRIANGLE * len(mesh.faces))) ** (1 / 3), SMALLEST_SHARE * longest)
-    origin = mesh.bounds[0] - MARGIN * cell
-    shape = np.floor(sides / cell + 2 * MARGIN).astype(np.int64) + 1
-    starts, members = _bin(mesh.vertices, mesh.faces, origin, cell, shape)
-    for array in (origin, shape, starts, members):
+    x, y, z = (mesh.bounds[0] - MARGIN * cell).tolist()
+    nx, ny, nz = (np.floor(sides / cell + 2 * MARGIN).astype(np.int64) + 1).tolist()
+    starts, members = _bin(mesh.vertices, mesh.faces, (x, y, z), cell, (nx, ny, nz))
+    for array in (starts, members):
         array.setflags(write=False)
-    return TriangleGrid(mesh.vertices, mesh.faces, origin, cell, shape, starts, members)
+    return TriangleGrid(mesh.vertices, mesh.faces, starts, members, (x, y, z), (nx, ny, nz), cell)
 
 
 @kernel

@@ -41,8 +41,8 @@ def crossing_pairs(triangles, surface, draws, least_cosine, narrowest, widest):
     first, second, seats = np.empty((4 * count, 3)), np.empty((4 * count, 3)), np.empty(4 * count)
     distances, faces = np.empty(CROSSINGS), np.empty(CROSSINGS, np.int64)
     for ray in range(count):
-        # Samples in the order of their cells, so that even steps through them are even steps over the surface.
-        i = surface.grid.members[int(draws[ray, 0] * samples)]
+        # Samples stand in the order of their cells: even steps through them are even steps over the surface.
+        i = int(draws[ray, 0] * samples)
         origin, inward = get(surface.grid.points, i), scale(-1.0, get(surface.normals, i))
         direction = _within_cone(inward, least_cosine, draws[ray, 1], draws[ray, 2])
         flat = -dot(_triangle_normal(surface.triangles[i]), direction)
@@ -109,8 +109,7 @@ def _mean_cosine(surface, i, direction):
     for x in range(low[0], high[0]):
         for y in range(low[1], high[1]):
             row = (x * grid.shape[1] + y) * grid.shape[2]
-            for m in range(grid.starts[row + low[2]], grid.starts[row + high[2]]):
-                j = grid.members[m]
+            for j in range(grid.starts[row + low[2]], grid.starts[row + high[2]]):
                 cosine = dot(get(surface.normals, j), direction)
                 if cosine > FACING_AWAY and norm(subtract(get(grid.points, j), point)) <= grid.cell:
                     total += cosine

@@ -177,11 +177,11 @@ def _nearest_within(grid, query, hint):
     for x in range(low[0], high[0]):
         for y in range(low[1], high[1]):
             row = (x * grid.shape[1] + y) * grid.shape[2]
-            for m in range(grid.starts[row + low[2]], grid.starts[row + high[2]]):
-                offset = subtract(get(grid.points, grid.members[m]), query)
+            for i in range(grid.starts[row + low[2]], grid.starts[row + high[2]]):
+                offset = subtract(get(grid.points, i), query)
                 squared = dot(offset, offset)
                 if squared < least:
-                    best, least = grid.members[m], squared
+                    best, least = i, squared
     return best, math.sqrt(least)
 
 
