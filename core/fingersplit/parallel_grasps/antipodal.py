@@ -12,7 +12,7 @@ from fingersplit.parallel_grasps.spread import spread_pairs
 
 __all__ = ["LEAST_OPENING", "sample_antipodal"]
 
-RAYS_PER_PAIR = 20
+LEAST_RAYS, RAYS_PER_PAIR = 640, 10
 LEAST_OPENING = 2e-3
 """[m]; thinner than this a pad cannot be placed on both sides."""
 WIDEST_SPREAD, NARROWEST_SPREAD = 0.4, 0.05
@@ -45,7 +45,7 @@ def sample_antipodal(
     Returns:
         At most ``count * approaches`` grasps, the approaches of a pair next to each other; empty when no pair fits.
     """
-    rays = count * RAYS_PER_PAIR
+    rays = max(LEAST_RAYS, RAYS_PER_PAIR * count)
     draws = rng.random((rays, 3))
     draws[:, 0] = (np.arange(rays) + draws[:, 0]) / rays
     least_cosine, narrowest = math.cos(math.atan(friction)), max(opening[0], LEAST_OPENING)
