@@ -75,7 +75,7 @@ def check_parallel_grasps(
     _refuse(widths < LEAST_JAW, "The two contacts of {} coincide; give points on opposite sides.")
     _refuse(lengths < 1e-9, "The approach of {} has no length; give a direction of travel.")
     _refuse(
-        ~(sines >= LEAST_SINE),
+        np.asarray(~(sines >= LEAST_SINE)),
         "The approach of {} runs along the line between its contacts; give a direction across that line.",
     )
     for array in (contacts, units):
