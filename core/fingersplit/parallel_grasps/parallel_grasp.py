@@ -75,7 +75,7 @@ def check_parallel_grasps(
     _refuse(widths < LEAST_JAW, "The two contacts of {} coincide; give points on opposite sides.")
     _refuse(lengths < 1e-9, "The approach of {} has no length; give a direction of travel.")
     _refuse(
-        np.asarray(~(sines >= LEAST_SINE)),
+        ~(sines >= LEAST_SINE),
         "The approach of {} runs along the line between its contacts; give a direction across that line.",
     )
     for array in (contacts, units):
@@ -83,7 +83,8 @@ def check_parallel_grasps(
     return contacts, units
 
 
-def _refuse(bad: NDArray[np.bool_], sentence: str) -> None:
+def _refuse(flags: ArrayLike, sentence: str) -> None:
+    bad = np.asarray(flags)
     if bad.any():
         raise ParallelGraspError(
             sentence.format("a parallel grasp" if len(bad) == 1 else f"parallel grasp {np.argmax(bad) + 1}")
