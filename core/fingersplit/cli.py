@@ -14,7 +14,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from fingersplit.errors import FingersplitError, ParallelGraspError, SettingsError
+from fingersplit.errors import ExchangeError, FingersplitError, SettingsError
 
 __all__ = ["main"]
 
@@ -56,11 +56,18 @@ def plan(
     parallel_grasps: Annotated[
         Path | None,
         typer.Option(
-            help='JSON list of {"contacts": [[x,y,z],[x,y,z]], "approach": [x,y,z]}, object frame [m].',
+            help="Start from the parallel grasps of this file instead: our JSON, Dex-Net, ACRONYM, GraspGen, "
+            "Isaac grasp or graspnetAPI.",
             exists=True,
             dir_okay=False,
         ),
     ] = None,
+    grasp_format: Annotated[
+        str | None, typer.Option("--format", help="Format of that file; by its content when left out.")
+    ] = None,
+    source: Annotated[
+        str, typer.Option(help="Where parallel grasps are found: antipodal, surface_fitting or both.")
+    ] = "antipodal",
     setting: Annotated[
         list[str] | None, typer.Option(help="Planner setting as NAME=VALUE, such as friction=0.4; repeatable.")
     ] = None,
@@ -74,23 +81,31 @@ def plan(
     from fingersplit.objects.intake import load_object
     from fingersplit.objects.options import ObjectOptions
     from fingersplit.objects.preparing import prepare
-    from fingersplit.parallel_grasps.parallel_grasp import ParallelGrasp
+    from fingersplit.parallel_grasps.importers import import_parallel_grasps
     from fingersplit.planning import plan as plan_grasps
     from fingersplit.splitting.settings import PlannerSettings
 
     options = ObjectOptions(density=density, mass=mass, friction=friction, fairing=fairing)
     known = {} if options.friction is None else {"friction": options.friction}
     settings = PlannerSettings.from_document(known | _named_values(setting or []))
-    grasps = None
-    if parallel_grasps is not None:
-        grasps = [ParallelGrasp.from_document(document) for document in _json_list(parallel_grasps)]
     planned_hand = load_hand(hand)
     shape, _ = load_object(file, unit, viewpoint)
     with _progress() as report:
         report("preparing the object", 0.0)
         model = prepare(shape, file.stem, options)
+        imported = None
+        if parallel_grasps is not None:
+            imported = import_parallel_grasps(parallel_grasps, model, grasp_format)
         result = plan_grasps(
-            model, planned_hand, grasps, starts=starts, seed=seed, top_k=top_k, settings=settings, progress=report
+            model,
+            planned_hand,
+            None if imported is None else imported.grasps,
+            source=source,
+            starts=starts,
+            seed=seed,
+            top_k=top_k,
+            settings=settings,
+            progress=report,
         )
         document = result.to_document()
         if picture is not None:
@@ -101,9 +116,35 @@ def plan(
         typer.echo(json.dumps(document, indent=2))
     elif json_file is not None:
         json_file.write_text(json.dumps(document, indent=2) + "\n")
-    Console(stderr=to_stdout).print(_table(document))
+    console = Console(stderr=to_stdout)
+    if imported is not None:
+        console.print(imported.message, highlight=False)
+    console.print(_table(document))
     if not result.feasible:
         raise typer.Exit(1)
+
+
+@app.command()
+def export(
+    result: Annotated[Path, typer.Argument(help="Result document, as `plan --json` writes it.", exists=True)],
+    output: Annotated[Path, typer.Option("--output", "-o", help="File to write.", dir_okay=False)],
+    export_format: Annotated[
+        str,
+        typer.Option(
+            "--format",
+            help="isaac_grasp, moveit, moveit_yaml, dexgraspbench, multi_gripper_grasp or dexgraspnet.",
+        ),
+    ],
+    rank: Annotated[int | None, typer.Option(help="Only the grasp of this rank; else all feasible ones.")] = None,
+) -> None:
+    """Write the feasible grasps of a result in the format of another tool."""
+    from fingersplit.exchange import export as export_grasps
+
+    try:
+        document = json.loads(result.read_bytes())
+    except (json.JSONDecodeError, UnicodeDecodeError) as error:
+        raise ExchangeError(f"{result} is not JSON: {error}.") from error
+    output.write_bytes(export_grasps(document, export_format, rank=rank))
 
 
 @app.command()
@@ -199,13 +240,3 @@ def _named_values(pairs: list[str]) -> dict[str, Any]:
         if not separator:
             raise SettingsError(f"Setting {pair!r} is not NAME=VALUE with a number, true or false.")
     return values
-
-
-def _json_list(path: Path) -> list[dict[str, Any]]:
-    try:
-        documents = json.loads(path.read_text())
-    except (json.JSONDecodeError, UnicodeDecodeError) as error:
-        raise ParallelGraspError(f"{path} is not JSON: {error}.") from error
-    if not isinstance(documents, list) or not all(isinstance(document, dict) for document in documents):
-        raise ParallelGraspError(f"{path} must hold a list of parallel grasps.")
-    return documents

@@ -2,7 +2,15 @@
 
 from collections.abc import Iterable
 
-__all__ = ["CacheError", "FingersplitError", "MeshError", "ParallelGraspError", "SettingsError", "UnknownHandError"]
+__all__ = [
+    "CacheError",
+    "ExchangeError",
+    "FingersplitError",
+    "MeshError",
+    "ParallelGraspError",
+    "SettingsError",
+    "UnknownHandError",
+]
 
 
 class FingersplitError(Exception):
@@ -47,3 +55,7 @@ class ParallelGraspError(FingersplitError):
 
 class SettingsError(FingersplitError):
     """An unknown planner setting, or a value outside its range."""
+
+
+class ExchangeError(FingersplitError):
+    """A file or document of another tool's format that does not say what the format promises."""

@@ -20,6 +20,7 @@ FLOORS = (
     {"transforms", "vectors"},
     {"hands", "objects"},
     {"grasp"},
+    {"exchange"},
     {"parallel_grasps", "quality"},
     {"splitting"},
     {"plan"},

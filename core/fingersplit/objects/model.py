@@ -16,6 +16,7 @@ from fingersplit.objects.packing import frozen, packed, unpacked
 from fingersplit.objects.signed_distance import DistanceGrid, build_distance_grid
 from fingersplit.objects.supervoxels import Supervoxels, cluster_supervoxels
 from fingersplit.objects.surface import Surface, sample_surface
+from fingersplit.objects.triangle_grid import TriangleGrid, bin_triangles
 
 __all__ = ["COLLISION_POINTS", "ObjectModel", "prepare_object"]
 
@@ -36,6 +37,7 @@ class ObjectModel:
         collision: The points that stand for the object in collision tests: supervoxel centres, as in [Fan2018] section
             III-A3, and points of what was not seen.
         distance: Signed distance on a grid; what was not seen counts as inside.
+        triangles: The mesh's triangles by cell, for exact rays.
         mass_properties: Mass, volume, centre of mass and inertia.
         seen: Share of the closed surface's area that is known, 1 for a mesh.
     """
@@ -48,6 +50,7 @@ class ObjectModel:
     supervoxels: Supervoxels
     collision: PointGrid
     distance: DistanceGrid
+    triangles: TriangleGrid
     mass_properties: MassProperties
     seen: float
 
@@ -102,6 +105,7 @@ _COMPUTED: dict[str, Any] = {
     "supervoxels": Supervoxels,
     "collision": PointGrid,
     "distance": DistanceGrid,
+    "triangles": TriangleGrid,
     "mass_properties": MassProperties,
 }
 
@@ -128,6 +132,7 @@ def prepare_object(mesh: Mesh, name: str = "object", options: ObjectOptions | No
         supervoxels=supervoxels,
         collision=frozen(build_grid(supervoxels.centers, 2.0 * spacing)[0]),
         distance=build_distance_grid(shape, surface),
+        triangles=bin_triangles(shape),
         mass_properties=frozen(mass_properties(shape, options)),
         seen=1.0,
     )

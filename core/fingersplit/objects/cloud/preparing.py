@@ -15,6 +15,7 @@ from fingersplit.objects.packing import frozen
 from fingersplit.objects.signed_distance import build_distance_grid
 from fingersplit.objects.supervoxels import cluster_supervoxels
 from fingersplit.objects.surface import sample_surface
+from fingersplit.objects.triangle_grid import bin_triangles
 
 __all__ = ["FEWEST_POINTS", "prepare_cloud"]
 
@@ -68,6 +69,7 @@ def prepare_cloud(cloud: PointCloud, name: str = "object", options: ObjectOption
         supervoxels=supervoxels,
         collision=frozen(build_grid(points[thin_evenly(points, spacing)], 2.0 * spacing)[0]),
         distance=distance,
+        triangles=bin_triangles(closed),
         mass_properties=frozen(mass_properties(closed, options)),
         seen=seen_part.area / closed.area,
     )
