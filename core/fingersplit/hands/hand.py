@@ -61,7 +61,10 @@ class Hand:
         shape_names: Collision primitives in the order of ``arrays.shape_kinds``.
         fingers: The fingers, in the order of every per-finger array.
         gripper: How the hand imitates a parallel gripper.
+        torque_limits: Largest torque of each joint, (N,) [N m].
         arrays: The same hand for kernels.
+        mjcf: The file that describes its bodies, for simulation.
+        palm: Name of the palm's body in that file.
     """
 
     name: str
@@ -70,7 +73,10 @@ class Hand:
     shape_names: tuple[str, ...]
     fingers: tuple[Finger, ...]
     gripper: Gripper
+    torque_limits: NDArray[np.float64]
     arrays: HandArrays
+    mjcf: Path
+    palm: str
 
     @property
     def lower(self) -> NDArray[np.float64]:
@@ -151,6 +157,8 @@ def load_hand(name: str) -> Hand:
             strict=True,
         )
     )
+    torque_limits = np.array([float(description["torque_limits"][joint]) for joint in model.joint_names])
+    torque_limits.setflags(write=False)
     return Hand(
         name=name,
         title=description["title"],
@@ -158,7 +166,10 @@ def load_hand(name: str) -> Hand:
         shape_names=model.shape_names,
         fingers=fingers,
         gripper=_gripper(description, model.joint_names),
+        torque_limits=torque_limits,
         arrays=model.arrays,
+        mjcf=folder / "hand.xml",
+        palm=description["palm"],
     )
 
 
