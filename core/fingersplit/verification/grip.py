@@ -6,6 +6,7 @@ A load is shared by the fingers as equally stiff fingertips share it: with least
 
 from dataclasses import dataclass
 from itertools import combinations
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,10 +15,10 @@ from scipy.optimize import linprog
 __all__ = ["Grip", "GripProblem", "least_grip"]
 
 CONE_EDGES = 8
-LEAST_NORMAL_FORCE = 2.0
+LEAST_NORMAL_FORCE = 4.0
 """Every finger presses with at least this [N], so that light objects stay in the hand."""
-VIOLATION_COST = 100.0
-"""What a newton outside a friction cone costs, in newtons of grip."""
+TANGENTIAL_COST, VIOLATION_COST = 1.0, 100.0
+"""What a newton along a surface, and one outside a friction cone, cost in newtons of grip."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,33 +60,44 @@ class Grip:
 
 
 def least_grip(problem: GripProblem) -> Grip:
-    """The grip of least largest normal force; where cones and torques leave no such grip, that of least violation."""
-    fingers = len(problem.contacts)
-    directions = _pull_directions(problem.contacts)  # (P, F, 3)
-    shares = _load_shares(problem)  # (L, F, 3)
-    edges = _cone_rows(problem.normals, problem.friction)  # (F, E, 3)
-    pairs, loads = len(directions), len(problem.loads)
-    # Unknowns: pulls (P), largest normal force, violation.
-    cone = np.einsum("fek,pfk->fep", edges, directions).reshape(-1, pairs)
-    cone_rows = np.column_stack([np.tile(-cone, (loads, 1)), np.zeros(loads * len(cone)), -np.ones(loads * len(cone))])
-    cone_bounds = np.einsum("fek,lfk->lfe", edges, shares).ravel()
+    """The grip of least normal and tangential forces; where cones and torques leave none, that of least violation."""
+    directions, shares = _pull_directions(problem.contacts), _load_shares(problem)  # (P, F, 3), (L, F, 3)
+    tangents = _tangents(problem.normals)  # (F, E, 3)
+    pairs, fingers, edges = len(directions), len(problem.contacts), tangents.shape[1]
+    limits = problem.torque_limits
+    # Unknowns: pulls (P), largest normal force, violation, tangential force of each finger (F).
     normal = -np.einsum("fk,pfk->fp", problem.normals, directions)
-    least_rows = np.column_stack([-normal, np.zeros(fingers), -np.ones(fingers)])
-    most_rows = np.column_stack([normal, -np.ones(fingers), np.zeros(fingers)])
+    tangential = np.einsum("fek,pfk->fep", tangents, directions)
+    outside = (tangential - problem.friction * normal[:, None]).reshape(-1, pairs)
+    outside_by_load = np.einsum("fek,lfk->lfe", tangents + problem.friction * problem.normals[:, None], shares)
     torque = np.einsum("fkn,pfk->np", problem.jacobians, directions)
-    load_torque = np.abs(np.einsum("fkn,lfk->ln", problem.jacobians, shares)).max(axis=0)
-    room = np.maximum(problem.torque_limits - load_torque, 0.1 * problem.torque_limits)
-    torque_rows = np.column_stack([np.vstack([torque, -torque]), np.zeros((2 * len(room), 2))])
+    torque_of_load = np.abs(np.einsum("fkn,lfk->ln", problem.jacobians, shares)).max(axis=0)
+    room = np.maximum(limits - torque_of_load, 0.1 * limits)
+    none, one, of_finger = np.zeros, np.ones, np.repeat(np.eye(fingers), edges, axis=0)
+
+    def rows(pull: NDArray[np.float64], largest: Any, violation: Any, along: Any) -> NDArray[np.float64]:
+        return np.column_stack([pull, largest, violation, along])
+
+    worst_load = outside_by_load.max(axis=0).ravel()
+    torques = np.vstack([torque, -torque])
     solution = linprog(
-        c=np.concatenate([np.zeros(pairs), [1.0, VIOLATION_COST]]),
-        A_ub=np.vstack([cone_rows, least_rows, most_rows, torque_rows]),
-        b_ub=np.concatenate(
-            [cone_bounds, np.full(fingers, -LEAST_NORMAL_FORCE), np.zeros(fingers), room, room]
+        c=np.concatenate([none(pairs), [1.0, VIOLATION_COST], np.full(fingers, TANGENTIAL_COST)]),
+        A_ub=np.vstack(
+            [
+                rows(outside, none(len(outside)), -one(len(outside)), none((len(outside), fingers))),
+                rows(tangential.reshape(-1, pairs), none(len(outside)), none(len(outside)), -of_finger),
+                rows(normal, -one(fingers), none(fingers), none((fingers, fingers))),
+                rows(-normal, none(fingers), -one(fingers), none((fingers, fingers))),
+                rows(torques, none(len(torques)), none(len(torques)), none((len(torques), fingers))),
+            ]
         ),
-        bounds=[(None, None)] * pairs + [(0, None)] * 2,
+        b_ub=np.concatenate(
+            [-worst_load, none(len(outside)), none(fingers), np.full(fingers, -LEAST_NORMAL_FORCE), room, room]
+        ),
+        bounds=[(None, None)] * pairs + [(0, None)] * (2 + fingers),
     )
     pulls = solution.x[:pairs]
-    return Grip(pulls, np.einsum("p,pfk->fk", pulls, directions), float(solution.x[-1]))
+    return Grip(pulls, np.einsum("p,pfk->fk", pulls, directions), float(solution.x[pairs + 1]))
 
 
 def _pull_directions(points: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -108,12 +120,11 @@ def _load_shares(problem: GripProblem) -> NDArray[np.float64]:
     return np.asarray((wrenches @ np.linalg.pinv(grasp_matrix).T).reshape(len(wrenches), len(arms), 3))
 
 
-def _cone_rows(normals: NDArray[np.float64], friction: float) -> NDArray[np.float64]:
-    """Rows (F, E, 3): a force is inside the circumscribed cone of its finger when all products are at least zero."""
+def _tangents(normals: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Unit vectors (F, E, 3) all around each normal."""
     helper = np.eye(3)[np.argmin(np.abs(normals), axis=1)]
     first = np.cross(normals, helper)
     first /= np.linalg.norm(first, axis=1, keepdims=True)
     second = np.cross(normals, first)
     angles = 2 * np.pi * np.arange(CONE_EDGES) / CONE_EDGES
-    tangents = np.cos(angles)[:, None] * first[:, None] + np.sin(angles)[:, None] * second[:, None]
-    return np.asarray(tangents - friction * normals[:, None])
+    return np.asarray(np.cos(angles)[:, None] * first[:, None] + np.sin(angles)[:, None] * second[:, None])
