@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 
-__all__ = ["FingersplitError", "MeshError", "ParallelGraspError", "SettingsError", "UnknownHandError"]
+__all__ = ["ExchangeError", "FingersplitError", "MeshError", "ParallelGraspError", "SettingsError", "UnknownHandError"]
 
 
 class FingersplitError(Exception):
@@ -43,3 +43,7 @@ class ParallelGraspError(FingersplitError):
 
 class SettingsError(FingersplitError):
     """An unknown planner setting, or a value outside its range."""
+
+
+class ExchangeError(FingersplitError):
+    """A file or document of another tool's format that does not say what the format promises."""

@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 
 from fingersplit.objects.grid import PointGrid, build_grid, thin_evenly
 from fingersplit.objects.mesh import Mesh
+from fingersplit.objects.signed_distance import DistanceGrid, build_distance_grid
 from fingersplit.objects.surface import PACKING, Surface, sample_surface
+from fingersplit.objects.triangle_grid import TriangleGrid, bin_triangles
 
 __all__ = ["ObjectModel", "prepare_object"]
 
@@ -31,12 +33,16 @@ class ObjectModel:
         surface: Evenly spaced samples with outward normals.
         collision: The sparser points that stand for the surface in collision tests, the part that supervoxel centres
             play in [Fan2018] section III-A3.
+        distance: Signed distance on a grid, which culls collision tests and pushes links away.
+        triangles: The triangles by cell, for exact rays.
     """
 
     mesh: Mesh
     name: str
     surface: Surface
     collision: PointGrid
+    distance: DistanceGrid
+    triangles: TriangleGrid
 
     @property
     def center_of_mass(self) -> NDArray[np.float64]:
@@ -79,4 +85,6 @@ def prepare_object(mesh: Mesh, name: str = "object") -> ObjectModel:
     samples = surface.grid.points
     spacing = math.sqrt(PACKING * mesh.area / COLLISION_POINTS)
     points = samples[thin_evenly(samples, spacing)]
-    return ObjectModel(mesh, name, surface, build_grid(points, 2.0 * spacing))
+    collision, _ = build_grid(points, 2.0 * spacing)
+    distance = build_distance_grid(surface.grid, surface.normals)
+    return ObjectModel(mesh, name, surface, collision, distance, bin_triangles(mesh))
