@@ -14,7 +14,8 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from fingersplit.errors import FingersplitError, ParallelGraspError, SettingsError
+from fingersplit.errors import FingersplitError, ParallelGraspError
+from fingersplit.verify_command import named_values, verify_stored
 
 __all__ = ["main"]
 
@@ -53,16 +54,24 @@ def plan(
         Path | None, typer.Option("--json", help="Write the result document here; - for standard output.")
     ] = None,
     picture: Annotated[Path | None, typer.Option(help="Write a PNG of the best grasp here.")] = None,
+    verified: Annotated[int, typer.Option(help="Verify ranked grasps in MuJoCo until so many hold.", min=0)] = 0,
+    protocol: Annotated[
+        str, typer.Option(help="What is done with the held object; see `fingersplit verify`.")
+    ] = "lift",
+    mass: Annotated[float | None, typer.Option(help="Mass of the object in the verification [kg].")] = None,
+    initial: Annotated[bool, typer.Option(help="Verify the initial parallel grasps, too.")] = False,
 ) -> None:
     """Plan grasps for a mesh and print them, best first."""
     from fingersplit.hands.hand import load_hand
+    from fingersplit.objects.convex_pieces import decompose
     from fingersplit.objects.intake import load_mesh
     from fingersplit.objects.model import prepare_object
     from fingersplit.parallel_grasps.parallel_grasp import ParallelGrasp
     from fingersplit.planning import plan as plan_grasps
+    from fingersplit.proving import prove
     from fingersplit.splitting.settings import PlannerSettings
 
-    settings = PlannerSettings.from_document(_named_values(setting or []))
+    settings = PlannerSettings.from_document(named_values(setting or []))
     grasps = None
     if parallel_grasps is not None:
         grasps = [ParallelGrasp.from_document(document) for document in _json_list(parallel_grasps)]
@@ -74,6 +83,20 @@ def plan(
         result = plan_grasps(
             model, planned_hand, grasps, starts=starts, seed=seed, top_k=top_k, settings=settings, progress=report
         )
+        if verified:
+            report("convex pieces", 0.0)
+            pieces = decompose(checked)
+            report("verifying", 0.0)
+            result = prove(
+                result,
+                pieces,
+                verified=verified,
+                protocol=protocol,
+                friction=settings.friction,
+                mass=mass,
+                threads=2,
+                initial=initial,
+            )
         document = result.to_document()
         if picture is not None:
             report("drawing", 0.0)
@@ -107,6 +130,9 @@ def warm() -> None:
     for name in available_hands():
         with Console(stderr=True).status(f"compiling the kernels for {name} (about a minute with an empty cache)"):
             compile_kernels(load_hand(name))
+
+
+app.command("verify")(verify_stored)
 
 
 def main() -> None:
@@ -149,7 +175,7 @@ def _draw(result: Any, picture: Path) -> None:
 def _table(document: dict[str, Any]) -> Table:
     table = Table(
         title=f"{document['object']['name']}, {document['hand']}",
-        caption=document["summary"]["message"],
+        caption=_caption(document["summary"]),
         box=box.SIMPLE_HEAD,
         collapse_padding=True,
         pad_edge=False,
@@ -170,17 +196,9 @@ def _table(document: dict[str, Any]) -> Table:
     return table
 
 
-def _named_values(pairs: list[str]) -> dict[str, Any]:
-    values = {}
-    for pair in pairs:
-        name, separator, text = pair.partition("=")
-        try:
-            values[name] = json.loads(text)
-        except json.JSONDecodeError:
-            separator = ""
-        if not separator:
-            raise SettingsError(f"Setting {pair!r} is not NAME=VALUE with a number, true or false.")
-    return values
+def _caption(summary: dict[str, Any]) -> str:
+    proof = summary["verification"]
+    return summary["message"] if proof is None else f"{summary['message']} {proof['message']}"
 
 
 def _json_list(path: Path) -> list[dict[str, Any]]:

@@ -70,9 +70,9 @@ class VirtualFrame(Controller):
     move the point the fingers pull to. Forces and moments sum to zero exactly.
 
     Object: each tip is drawn to its place x_i^d in the palm by K (x_i^d - x_i). Summed over the fingers that is
-    F K (o^d - o) on the virtual frame's origin and K sum r_i x r_i^d on its axes, that is K_t = F K and K_r = K; what is
-    left are the fingertips' stiffnesses about their places in the virtual frame. Once the fingers have closed, the places
-    where they came to rest are the ones to keep, so that the grip is all of the internal force.
+    F K (o^d - o) on the virtual frame's origin and K sum r_i x r_i^d on its axes, that is K_t = F K and K_r = K; what
+    is left are the fingertips' stiffnesses about their places in the virtual frame. Once the fingers have closed, the
+    places where they came to rest are the ones to keep, so that the grip is all of the internal force.
     """
 
     name: ClassVar[str] = "virtual_frame"
@@ -105,9 +105,7 @@ class VirtualFrame(Controller):
 
 @dataclass(frozen=True)
 class PositionServo(Controller):
-    """For hands that take positions only: every joint is sent past its planned angle, so far that its servo presses with
-    the torque of the grip.
-    """
+    """For hands that take positions: each joint is sent past its planned angle until it presses with its torque."""
 
     name: ClassVar[str] = "squeeze"
 
@@ -128,7 +126,7 @@ class PositionServo(Controller):
         controls[:, scene.joint_controls] = scene.data.qpos[scene.joint_qpos] + np.outer(ramp, press)
         return controls
 
-    def hold(self, scene: Scene, closing: NDArray[np.float64]) -> NDArray[np.float64]:
+    def hold(self, _scene: Scene, closing: NDArray[np.float64]) -> NDArray[np.float64]:
         """The same targets."""
         return closing
 

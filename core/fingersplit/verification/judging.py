@@ -48,7 +48,7 @@ def measure_phase(
         rotation=float(rotations[rows].max()),
         lost_contacts=tuple(
             finger.name
-            for finger, touches in zip(hand.fingers, recording.touching[settled].any(axis=0), strict=True)
+            for finger, touches in zip(hand.fingers, np.any(recording.touching[settled], axis=0).tolist(), strict=True)
             if not touches
         ),
         contact_force=tuple(mean_force.tolist()),
@@ -122,7 +122,7 @@ def film(
 
     frames, fingers = sum(counts), squeeze.touching.shape[1]
     simulation = Simulation(
-        times=stride * step * np.arange(1, frames + 1),
+        times=np.arange(1, frames + 1, dtype=np.float64) * stride * step,
         phases=np.repeat(np.arange(len(kept)), counts),
         phase_names=tuple(name for name, _, _ in stretches),
         palm_positions=object_from_palm[:3, 3] + column("palm_offsets"),

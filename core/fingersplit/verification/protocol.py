@@ -1,4 +1,4 @@
-"""What is done to a held object and when it counts as held; a protocol is a set of numbers and the branches they mean."""
+"""What is done to a held object and when it counts as held: numbers, and the branches that they mean."""
 
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field, fields, replace
@@ -108,9 +108,7 @@ class Protocol:
         known = [number.name for number in fields(self)]
         unknown = sorted(set(values) - set(known))
         if unknown:
-            raise SettingsError(
-                f"Protocol {self.name!r} has no number {unknown[0]!r}; it has: {', '.join(known)}."
-            )
+            raise SettingsError(f"Protocol {self.name!r} has no number {unknown[0]!r}; it has: {', '.join(known)}.")
         return replace(self, **values)
 
     def to_document(self) -> dict[str, Any]:

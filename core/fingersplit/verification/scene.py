@@ -1,4 +1,4 @@
-"""The simulated world: the planner's own hand on a carriage, the object's convex pieces, and every controller's actuators.
+"""The simulated world: the planner's own hand on a carriage, the object's convex pieces, the controllers' actuators.
 
 One scene serves every grasp of an object: poses, friction and mass are written into the compiled model, never into its
 description. World frame: the object frame when the simulation starts, z up.
@@ -18,9 +18,12 @@ from fingersplit.hands.hand import Hand
 from fingersplit.objects.convex_pieces import ConvexPieces
 from fingersplit.transforms import wxyz_from_rotation
 from fingersplit.verification.scene_parts import (
+    CONDIM,
     FINGER_SERVOS,
     JOINT_SERVOS,
     OBJECT,
+    SOLIMP,
+    SOLREF,
     add_object,
     add_sensors,
     drive_hand,
@@ -32,6 +35,9 @@ from fingersplit.verification.scene_parts import (
 )
 
 __all__ = ["Scene"]
+
+IMPRATIO, NOSLIP_ITERATIONS = 10, 2
+"""With elliptic cones these keep a held object from creeping through the fingers."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,10 +89,9 @@ class Scene:
         drive_hand(spec, hand)
         add_object(spec, pieces)
         add_sensors(spec, hand, chains)
-        option = spec.option
-        option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-        option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
-        option.impratio, option.noslip_iterations = 10, 2
+        spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+        spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+        spec.option.impratio, spec.option.noslip_iterations = IMPRATIO, NOSLIP_ITERATIONS
         model = spec.compile()
         joints = [model.joint(name) for name in hand.joint_names]
         fingers = [finger.name for finger in hand.fingers]
@@ -174,6 +179,18 @@ class Scene:
         """Grip sites in the palm frame, (F, 3) [m]."""
         data, palm = self.data, self.palm_body
         return np.asarray((data.site_xpos[self.grip_sites] - data.xpos[palm]) @ data.xmat[palm].reshape(3, 3))
+
+    def solver_document(self) -> dict[str, Any]:
+        """How MuJoCo solves this scene, as plain JSON data."""
+        step = float(self.model.opt.timestep)
+        return {
+            "integrator": "implicitfast",
+            "cone": "elliptic",
+            "impratio": IMPRATIO,
+            "noslip_iterations": NOSLIP_ITERATIONS,
+            "time_step": step,
+            "contacts": {"condim": CONDIM, "solref": SOLREF, "solimp": SOLIMP},
+        }
 
     def enable(self, group: int) -> None:
         """Switch on the actuators of one controller's group and off those of the others."""

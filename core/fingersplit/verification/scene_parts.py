@@ -11,10 +11,13 @@ from fingersplit.objects.convex_pieces import ConvexPieces
 
 __all__ = [
     "CARRIAGE_FREQUENCY",
+    "CONDIM",
     "FINGER_SERVOS",
     "JOINT_SERVOS",
     "OBJECT",
     "PALM_FRAME",
+    "SOLIMP",
+    "SOLREF",
     "add_object",
     "add_sensors",
     "drive_hand",
@@ -45,7 +48,8 @@ def finger_chains(spec: Any, hand: Hand) -> list[list[str]]:
     """Names of each finger's bodies from the palm outwards, the palm left out."""
     chains = []
     for finger in hand.fingers:
-        chain, body = [], spec.site(f"{finger.name}_pad").parent
+        chain: list[str] = []
+        body = spec.site(f"{finger.name}_pad").parent
         while body.name != hand.palm:
             chain.insert(0, body.name)
             body = body.parent
@@ -117,9 +121,7 @@ def add_sensors(spec: Any, hand: Hand, chains: list[list[str]]) -> None:
         _add_contact_sensor(spec, name, part, [_FOUND_FORCE_POSITION, _NET_FORCE, 1])
     _add_contact_sensor(spec, hand.palm, subtree, [_DISTANCE, _LEAST_DISTANCE, 1])
     for name in hand.joint_names:
-        spec.add_sensor(
-            type=mujoco.mjtSensor.mjSENS_JOINTACTFRC, objtype=mujoco.mjtObj.mjOBJ_JOINT, objname=name
-        )
+        spec.add_sensor(type=mujoco.mjtSensor.mjSENS_JOINTACTFRC, objtype=mujoco.mjtObj.mjOBJ_JOINT, objname=name)
 
 
 def grip_site(finger: str) -> str:

@@ -105,9 +105,7 @@ def run_branches(
     return recordings
 
 
-def _schedule(
-    scene: Scene, held: NDArray[np.float64], phases: tuple[Phase, ...], mass: float
-) -> NDArray[np.float64]:
+def _schedule(scene: Scene, held: NDArray[np.float64], phases: tuple[Phase, ...], mass: float) -> NDArray[np.float64]:
     """Controls and forces (T, n) of a branch."""
     step = scene.model.opt.timestep
     offset, parts = np.zeros(3), []
@@ -145,15 +143,11 @@ def _roll(
     mujoco.mj_getState(scene.model, scene.data, start, _STATE)
     data = [mujoco.MjData(scene.model) for _ in range(max(1, threads))]
     with Rollout(nthread=threads if threads > 1 else 0) as rollout:
-        states, sensors = rollout.rollout(
-            models, data, start[None], controls, control_spec=_CONTROL, chunk_size=1
-        )
+        states, sensors = rollout.rollout(models, data, start[None], controls, control_spec=_CONTROL, chunk_size=1)
     return [_recording(scene, start[0], *pair) for pair in zip(states, sensors, strict=True)], states
 
 
-def _recording(
-    scene: Scene, began: float, states: NDArray[np.float64], sensors: NDArray[np.float64]
-) -> Recording:
+def _recording(scene: Scene, began: float, states: NDArray[np.float64], sensors: NDArray[np.float64]) -> Recording:
     model, fingers = scene.model, len(scene.grip_sites)
     times, positions = states[:, 0] - began, states[:, 1 : 1 + model.nq]
     expected = model.opt.timestep * np.arange(1, len(states) + 1)

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from functools import lru_cache
 from threading import local
 from time import perf_counter
-from typing import Any
 
 import mujoco
 import numpy as np
@@ -21,7 +20,7 @@ from fingersplit.verification.grip import Grip, GripProblem, least_grip
 from fingersplit.verification.judging import film, judge_branch, measure_phase
 from fingersplit.verification.protocol import Phase, Protocol
 from fingersplit.verification.protocols import load_protocol
-from fingersplit.verification.report import BranchReport, Reason, Verification
+from fingersplit.verification.report import BranchReport, PhaseReport, Reason, Simulation, Verification
 from fingersplit.verification.scene import Scene
 from fingersplit.verification.simulation import run_branches, run_squeeze
 
@@ -29,15 +28,6 @@ __all__ = ["verify"]
 
 SIMULATOR = f"MuJoCo {mujoco.__version__}"
 SCENES_KEPT = 4
-
-
-@dataclass(frozen=True, eq=False)
-class _Weight:
-    """Mass [kg], its centre [m] and inertia [kg m^2] of the object in the simulation."""
-
-    mass: float
-    center: NDArray[np.float64]
-    inertia: NDArray[np.float64]
 
 
 def verify(
@@ -77,75 +67,86 @@ def verify(
     mass = protocol.mass or mass or model.mass
     if not (np.isfinite(mass) and mass > 0.0):
         raise SettingsError(f"mass is {mass!r}; it must be above 0 [kg].")
-    weight = _Weight(mass, model.center_of_mass, mass / model.mass * model.inertia)
     scene = _scenes.get(hand, pieces)
-    scene.set_object(weight.mass, weight.center, weight.inertia)
+    scene.set_object(mass, model.center_of_mass, mass / model.mass * model.inertia)
     scene.set_friction(protocol.friction_scale * sliding, protocol.torsional_friction)
     scene.model.opt.timestep = protocol.time_step
     scene.place(grasp)
-    grip = _grip(scene, grasp, protocol, controller, weight, float(protocol.friction_scale * sliding.min()))
-    settings = {
-        "protocol": protocol.to_document(),
-        "controller": controller.to_document(),
-        "friction": sliding.tolist(),
-        "mass": mass,
-        "center_of_mass": weight.center.tolist(),
-        "pieces": {"count": len(pieces.pieces), "method": pieces.method},
-        "torque_limits": dict(zip(hand.joint_names, hand.torque_limits.tolist(), strict=True)),
-        "solver": {"integrator": "implicitfast", "cone": "elliptic", "impratio": 10, "noslip_iterations": 2},
-    }
-
-    def report(reason: Reason, **found: Any) -> Verification:
-        defaults: dict[str, Any] = {"squeeze": None, "branches": (), "simulation": None}
-        return Verification(
-            protocol=protocol.name,
-            reason=reason,
-            simulator=SIMULATOR,
-            settings=settings,
-            initial_penetration=penetration,
-            grip_forces=grip.forces,
-            grip_violation=grip.violation,
-            seconds=perf_counter() - began,
-            **defaults | found,
-        )
-
     penetration = float(scene.penetrations().max())
+    relied_on = controller.friction_margin * protocol.friction_scale * float(sliding.min())
+    loads = controller.load_margin * mass * _loads(protocol)
+    grip = least_grip(
+        GripProblem(
+            grasp.contacts,
+            grasp.normals,
+            scene.finger_jacobians(),
+            hand.torque_limits,
+            model.center_of_mass,
+            relied_on,
+            loads,
+        )
+    )
     if penetration > protocol.largest_initial_penetration:
-        return report("initial_penetration")
+        outcome = _Outcome("initial_penetration")
+    else:
+        outcome = _simulate(scene, grasp, protocol, controller, grip, threads)
+    return Verification(
+        protocol=protocol.name,
+        reason=outcome.reason,
+        simulator=SIMULATOR,
+        settings={
+            "protocol": protocol.to_document(),
+            "controller": controller.to_document(),
+            "friction": sliding.tolist(),
+            "mass": mass,
+            "center_of_mass": model.center_of_mass.tolist(),
+            "pieces": {"count": len(pieces.pieces), "method": pieces.method},
+            "torque_limits": hand.named(hand.torque_limits),
+            "solver": scene.solver_document(),
+        },
+        initial_penetration=penetration,
+        grip_forces=grip.forces,
+        grip_violation=grip.violation,
+        squeeze=outcome.squeeze,
+        branches=outcome.branches,
+        simulation=outcome.simulation,
+        seconds=perf_counter() - began,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Outcome:
+    reason: Reason
+    squeeze: PhaseReport | None = None
+    branches: tuple[BranchReport, ...] = ()
+    simulation: Simulation | None = None
+
+
+def _simulate(
+    scene: Scene, grasp: Grasp, protocol: Protocol, controller: Controller, grip: Grip, threads: int
+) -> _Outcome:
+    """Squeeze, run every branch, judge."""
     squeeze = run_squeeze(scene, controller, grip, protocol.squeeze_time, grasp.normals)
     if not squeeze.stable:
-        return report("unstable_simulation")
-    squeezed = measure_phase(
-        hand, "squeeze", squeeze, slice(0, len(squeeze.times)), weight.center, np.zeros(3)
-    )
+        return _Outcome("unstable_simulation")
+    mass, center = float(scene.model.body_mass[scene.object_body]), scene.model.body_ipos[scene.object_body].copy()
+    squeezed = measure_phase(scene.hand, "squeeze", squeeze, slice(0, len(squeeze.times)), center, np.zeros(3))
     recordings = run_branches(scene, controller, protocol.branches, mass, threads)
     pairs = list(zip(protocol.branches, recordings, strict=True))
-    branches = tuple(judge_branch(hand, protocol, *pair, mass, weight.center) for pair in pairs)
-    reason = next((branch.reason for branch in branches if branch.reason != "held"), "held")
-    simulation = film(grasp.object_from_palm, protocol.time_step, squeeze, pairs)
-    return report(reason, squeeze=squeezed, branches=branches, simulation=simulation)
+    reports = tuple(judge_branch(scene.hand, protocol, *pair, mass, center) for pair in pairs)
+    failures: list[Reason] = [branch.reason for branch in reports if branch.reason != "held"]
+    reason = failures[0] if failures else "held"
+    return _Outcome(reason, squeezed, reports, film(grasp.object_from_palm, protocol.time_step, squeeze, pairs))
 
 
-def _grip(
-    scene: Scene, grasp: Grasp, protocol: Protocol, controller: Controller, weight: _Weight, friction: float
-) -> Grip:
-    """The grip force that the controller asks for."""
+def _loads(protocol: Protocol) -> NDArray[np.float64]:
+    """Forces on each kg of the object that the fingers must balance some time, none among them, (L, 3) [N/kg]."""
     loads = [np.zeros(3)]
     for branch in protocol.branches:
         for phase in branch.phases:
             steady = np.asarray(branch.gravity) + np.asarray(phase.pull)
             loads += [steady - acceleration for acceleration in _extreme_accelerations(phase)]
-    return least_grip(
-        GripProblem(
-            contacts=grasp.contacts,
-            normals=grasp.normals,
-            jacobians=scene.finger_jacobians(),
-            torque_limits=scene.hand.torque_limits,
-            center_of_mass=weight.center,
-            friction=controller.friction_margin * friction,
-            loads=controller.load_margin * weight.mass * np.unique(np.round(loads, 6), axis=0),
-        )
-    )
+    return np.asarray(np.unique(np.round(loads, 6), axis=0))
 
 
 def _extreme_accelerations(phase: Phase) -> list[NDArray[np.float64]]:
@@ -153,8 +154,11 @@ def _extreme_accelerations(phase: Phase) -> list[NDArray[np.float64]]:
     times = np.linspace(0.0, phase.duration, 201)
     path = phase.motion(times)
     acceleration = np.gradient(np.gradient(path, times, axis=0), times, axis=0)
-    extremes = [acceleration[row, axis] * np.eye(3)[axis] for axis in range(3) for row in
-                (acceleration[:, axis].argmin(), acceleration[:, axis].argmax())]
+    extremes = [
+        acceleration[row, axis] * np.eye(3)[axis]
+        for axis in range(3)
+        for row in (acceleration[:, axis].argmin(), acceleration[:, axis].argmax())
+    ]
     return [extreme for extreme in extremes if np.abs(extreme).max() > 1e-6] or [np.zeros(3)]
 
 
