@@ -65,6 +65,12 @@ class ObjectModel:
         return self.mass_properties.mass
 
     @cached_property
+    def inertia(self) -> NDArray[np.float64]:
+        """Inertia about the centre of mass along the object's axes, (3, 3) [kg m^2]; of the hull where it is open."""
+        solid = self.mesh.trimesh if self.mesh.watertight else self.mesh.trimesh.convex_hull
+        return np.asarray(solid.moment_inertia * self.mass / solid.mass)
+
+    @cached_property
     def radius(self) -> float:
         """Largest distance of the surface from the centre of mass [m]: the scale that makes torques forces."""
         return float(np.linalg.norm(self.surface.grid.points - self.center_of_mass, axis=1).max())
