@@ -34,7 +34,8 @@ def rank_runs(
         return ()
     holdings = assess_holding(_contacts(runs), model.surface, settings.friction, model.mass, model.center_of_mass)
     order = sorted(
-        range(len(runs)), key=lambda i: (len(runs[i].violations), -holdings[i].margin, -float(runs[i].last.quality))
+        range(len(runs)),
+        key=lambda i: (runs[i].outcome.violations, -holdings[i].margin, -runs[i].last.quality),
     )
     kept: list[int] = []
     for i in order:
