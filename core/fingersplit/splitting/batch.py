@@ -25,8 +25,8 @@ OUTCOME = np.dtype(
     ],
     align=True,
 )
-"""How one start went: cost of its mapping (infinite if it has none), how many constraints its grasp violates, what ended
-it, counts as ``split_fingers`` returns them, ``state.WORK`` times, and the time of the splitting in all [s]."""
+"""How one start went: cost of its mapping (infinite if it has none), how many constraints its grasp violates, what
+ended it, counts as ``split_fingers`` returns them, ``state.WORK`` times, and the time of the splitting in all [s]."""
 
 
 @kernel
