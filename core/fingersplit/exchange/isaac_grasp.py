@@ -70,7 +70,7 @@ def write_isaac_grasp(results: Results) -> bytes:
             for index, grasp in enumerate(results.grasps)
         },
     }
-    return yaml.safe_dump(document, sort_keys=False).encode()
+    return str(yaml.safe_dump(document, sort_keys=False)).encode()
 
 
 def read_isaac_grasp(data: bytes) -> IsaacGraspFile:

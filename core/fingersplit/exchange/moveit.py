@@ -28,7 +28,7 @@ def write_moveit_json(results: Results) -> bytes:
 
 def write_moveit_yaml(results: Results) -> bytes:
     """The same as YAML."""
-    return yaml.safe_dump(_document(results), sort_keys=False).encode()
+    return str(yaml.safe_dump(_document(results), sort_keys=False)).encode()
 
 
 def _document(results: Results) -> dict[str, Any]:

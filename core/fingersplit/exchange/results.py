@@ -93,7 +93,9 @@ class Results:
             grasps = tuple(_grasp(hand, grasp) for grasp in chosen)
             results = cls(hand, str(document["object"]["id"]), str(document["object"]["name"]), grasps)
         except (AttributeError, KeyError, TypeError, ValueError) as error:
-            raise ExchangeError(f"This is no result document of a plan: {error!r} where its fields are read.") from error
+            raise ExchangeError(
+                f"This is no result document of a plan: {error!r} where its fields are read."
+            ) from error
         if not grasps:
             ranks = len(document["grasps"])
             wanted = "feasible grasp" if rank is None else f"grasp of rank {rank}"

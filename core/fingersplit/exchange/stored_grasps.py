@@ -112,7 +112,7 @@ def _from_result(data: bytes, _hand: str) -> StoredGrasps:
 
 def _state(hand: Hand, document: Mapping[str, Any]) -> HandState:
     palm = document["palm"]
-    return _hand_state(hand, palm["position"], palm["wxyz"], [document["joints"][name] for name in hand.joint_names])
+    return _hand_state(palm["position"], palm["wxyz"], [document["joints"][name] for name in hand.joint_names])
 
 
 def _from_dexgraspbench(data: bytes, hand_name: str) -> StoredGrasps:
@@ -124,7 +124,7 @@ def _from_dexgraspbench(data: bytes, hand_name: str) -> StoredGrasps:
             f"{', '.join(hand.joint_names)}."
         )
     joints = dict(zip(names, sample.grasp[7:], strict=True))
-    in_world = _hand_state(hand, sample.grasp[:3], sample.grasp[3:7], [joints[name] for name in hand.joint_names])
+    in_world = _hand_state(sample.grasp[:3], sample.grasp[3:7], [joints[name] for name in hand.joint_names])
     world_from_object = pose_matrix(rotation_from_wxyz(sample.object_pose[3:]), sample.object_pose[:3])
     state = HandState(np.linalg.inv(world_from_object) @ in_world.object_from_palm, in_world.joints)
     return StoredGrasps(hand, None, sample.object_scale, (StoredGrasp("sample", state),))
@@ -141,7 +141,7 @@ def _from_isaac(data: bytes, hand_name: str) -> StoredGrasps:
     return StoredGrasps(hand, None, 1.0, tuple(grasps))
 
 
-def _hand_state(hand: Hand, position: ArrayLike, wxyz: ArrayLike, joints: ArrayLike) -> HandState:
+def _hand_state(position: ArrayLike, wxyz: ArrayLike, joints: ArrayLike) -> HandState:
     return HandState(
         pose_matrix(rotation_from_wxyz(wxyz), np.asarray(position, np.float64)), np.asarray(joints, np.float64)
     )

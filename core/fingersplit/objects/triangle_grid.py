@@ -1,4 +1,4 @@
-"""Triangles binned in cubic cells: exact rays against the mesh without a tree that takes longer to build than to use."""
+"""Triangles binned in cubic cells: exact rays without a tree that takes longer to build than to use."""
 
 import math
 from typing import NamedTuple
@@ -175,7 +175,7 @@ def _clip(grid, origin, direction, longest):
 @kernel
 def _walk(start, slope, entry, cell, size):
     """Along one axis: first cell, step, distance to the next cell's wall and distance between walls [m]."""
-    first = min(max(int(math.floor((start + entry * slope) / cell)), 0), size - 1)
+    first = min(max(math.floor((start + entry * slope) / cell), 0), size - 1)
     if slope > 0.0:
         return first, 1, ((first + 1) * cell - start) / slope, cell / slope
     if slope < 0.0:

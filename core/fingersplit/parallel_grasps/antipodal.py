@@ -64,7 +64,5 @@ def _turn_approaches(contacts: NDArray[np.float64], approaches: int, rng: np.ran
     sides = np.cross(jaws, np.eye(3)[np.argmin(np.abs(jaws), axis=1)])
     sides /= np.linalg.norm(sides, axis=1, keepdims=True)
     angles = 2 * np.pi * (rng.random((len(jaws), 1)) + np.arange(approaches) / approaches)  # (n, approaches)
-    directions = (
-        np.cos(angles)[..., None] * sides[:, None] + np.sin(angles)[..., None] * np.cross(jaws, sides)[:, None]
-    )
+    directions = np.cos(angles)[..., None] * sides[:, None] + np.sin(angles)[..., None] * np.cross(jaws, sides)[:, None]
     return ParallelGrasps(np.repeat(contacts, approaches, axis=0), directions.reshape(-1, 3))

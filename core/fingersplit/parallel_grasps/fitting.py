@@ -11,12 +11,24 @@ from numpy.typing import NDArray
 
 from fingersplit.compilation import kernel
 from fingersplit.objects.grid import cell_range
-from fingersplit.vectors import add, cross, dot, get, multiply, norm, put, scale, set_rotation_about, solve_positive_definite, subtract
+from fingersplit.vectors import (
+    add,
+    cross,
+    dot,
+    get,
+    multiply,
+    norm,
+    put,
+    scale,
+    set_rotation_about,
+    solve_positive_definite,
+    subtract,
+)
 
 __all__ = ["Fit", "fit_pads", "new_fit", "palm_equations", "width_step"]
 
 ITERATIONS = 15
-LEAST_GAIN = 0.02
+LEAST_GAIN = 0.005
 """Share by which an iteration has to lower the squared error for another one to follow."""
 NORMAL_WEIGHT = 0.01
 """alpha [m]: a radian between pad and surface costs as much as this distance."""
@@ -66,12 +78,15 @@ class Fit(NamedTuple):
 
 def new_fit(points: int) -> Fit:
     """Room for a gripper of ``points`` pad points in all."""
-    vectors = [np.zeros((points, 3)) for _ in range(4)]
+    pad_points, pad_normals, targets, target_normals = np.zeros((4, points, 3))
     return Fit(
         np.eye(3),
         np.zeros(3),
         np.zeros(1),
-        *vectors,
+        pad_points,
+        pad_normals,
+        targets,
+        target_normals,
         np.zeros(points, np.int64),
         np.zeros(points),
         np.zeros((6, 6)),

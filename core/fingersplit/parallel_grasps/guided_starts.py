@@ -51,7 +51,9 @@ class GripperBody(NamedTuple):
 
 
 @kernel
-def guided_fits(triangles, surface, coarse, regions, pad, body, opening, least_cosine, draws, fit, contacts, approaches):
+def guided_fits(
+    triangles, surface, coarse, regions, pad, body, opening, least_cosine, draws, fit, contacts, approaches
+):
     """Fit the gripper from one start a draw; regions that keep failing are started in less and less.
 
     A region is chosen with odds of (1 + successes) / (2 + trials), the mean of what its record lets expect; a trial
@@ -130,7 +132,7 @@ def _start(triangles, surface, coarse, sample, body, opening, draw, fit, distanc
         angle = 2.0 * math.pi * (turn + draw[3]) / TURNS
         approach = add(scale(math.cos(angle), side), scale(math.sin(angle), cross(outward, side)))
         _set_axes(fit.rotation, outward, approach)
-        inside = body_points(coarse, body, opening[1], fit, fewest)
+        inside = body_points(coarse, body, fit, fewest)
         if inside < fewest:
             best, fewest = approach, inside
     if norm(best) > 0.0:
@@ -146,7 +148,7 @@ def _set_axes(rotation, jaw, approach):
 
 
 @kernel
-def body_points(points, body, widest, fit, most):
+def body_points(points, body, fit, most):
     """Number of points (n, 3) inside the gripper's body; counting ends at ``most``."""
     lateral, jaw, approach = get_column(fit.rotation, 0), get_column(fit.rotation, 1), get_column(fit.rotation, 2)
     middle, half = (fit.position[0], fit.position[1], fit.position[2]), 0.5 * fit.width[0]
@@ -188,13 +190,13 @@ def _judge(surface, body, opening, least_cosine, fit, contacts):
         if distance > ASTRAY:
             return 0.0
         put(contacts, side, contact)
-    if worst < LEAST_SEAT or not _within_cones(surface, contacts, least_cosine, opening, fit):
+    if worst < LEAST_SEAT or not _within_cones(contacts, least_cosine, opening, fit):
         return 0.0
-    return 0.0 if body_points(surface.grid.points, body, opening[1], fit, 1) > 0 else worst
+    return 0.0 if body_points(surface.grid.points, body, fit, 1) > 0 else worst
 
 
 @kernel
-def _within_cones(surface, contacts, least_cosine, opening, fit):
+def _within_cones(contacts, least_cosine, opening, fit):
     """Whether the contacts see each other inside their friction cones, within the jaws and across the approach."""
     first, second = get(contacts, 0), get(contacts, 1)
     across_jaws = subtract(first, second)

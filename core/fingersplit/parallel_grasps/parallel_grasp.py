@@ -83,7 +83,8 @@ def check_parallel_grasps(
     return contacts, units
 
 
-def _refuse(bad: NDArray[np.bool_], sentence: str) -> None:
+def _refuse(flags: ArrayLike, sentence: str) -> None:
+    bad = np.asarray(flags)
     if bad.any():
         raise ParallelGraspError(
             sentence.format("a parallel grasp" if len(bad) == 1 else f"parallel grasp {np.argmax(bad) + 1}")
