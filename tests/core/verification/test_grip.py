@@ -11,7 +11,7 @@ from fingersplit.verification.grip import LEAST_NORMAL_FORCE, GripProblem, least
 
 
 def ring(friction: float = 0.5, load: float = 5.0, torque: float = 1.0, angles=(0.1, 2.2, 4.3)) -> GripProblem:
-    """Three fingers about a disc of 4 cm radius that is pulled from six sides; each drives its tip in all directions."""
+    """Three fingers about a disc of 4 cm radius that is pulled from six sides; each moves its tip in all directions."""
     normals = np.array([[np.cos(a), np.sin(a), 0.0] for a in angles])
     jacobians = np.zeros((3, 3, 9))
     for finger in range(3):
@@ -20,7 +20,9 @@ def ring(friction: float = 0.5, load: float = 5.0, torque: float = 1.0, angles=(
     return GripProblem(0.04 * normals, normals, jacobians, np.full(9, torque), np.zeros(3), friction, loads)
 
 
-@given(st.floats(0.3, 1.0), st.floats(0.0, 20.0), st.tuples(st.floats(0, 0.3), st.floats(1.8, 2.4), st.floats(3.9, 4.5)))
+@given(
+    st.floats(0.3, 1.0), st.floats(0.0, 20.0), st.tuples(st.floats(0, 0.3), st.floats(1.8, 2.4), st.floats(3.9, 4.5))
+)
 def test_grip_is_balanced_and_presses(friction, load, angles):
     problem = ring(friction, load, 10.0, angles)
     grip = least_grip(problem)

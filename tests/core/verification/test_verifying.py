@@ -41,8 +41,8 @@ def test_planned_grasp_is_lifted_and_its_contact_forces_carry_the_weight(try_gra
 
 @pytest.mark.parametrize("name", ["box", "l_bracket", "wedge"])
 def test_slippery_hand_drops_every_object(try_grasp, planned, name):
-    """From all sides, since fingers below an object cradle it without friction; half a kilo, since the strongest grip of
-    three fingers, 45 N, would carry a light object even so.
+    """From all sides, since fingers below an object cradle it without friction; half a kilo, since the strongest grip
+    of three fingers, 45 N, would carry a light object even so.
     """
     for grasp in planned(name)[0].grasps:
         assert not try_grasp(name, "gravity_six", grasp=grasp.run.final, friction=0.05, mass=0.5).passed
@@ -83,7 +83,9 @@ def test_halved_time_step_changes_no_verdict(try_grasp, planned, name):
 def test_what_the_hand_cannot_carry_is_lost_at_the_torque_limits(try_grasp, barrett):
     report = try_grasp("box", mass=20.0)
     assert report.reason == "joint_torque_saturated"
-    assert {joint for phase in report.branches[0].phases for joint in phase.saturated_joints} <= set(barrett.joint_names)
+    assert {joint for phase in report.branches[0].phases for joint in phase.saturated_joints} <= set(
+        barrett.joint_names
+    )
 
 
 def test_hand_inside_the_object_is_an_initial_penetration(try_grasp, planned):
