@@ -15,7 +15,7 @@ __all__ = ["LEAST_OPENING", "sample_antipodal"]
 LEAST_RAYS, RAYS_PER_PAIR = 640, 10
 LEAST_OPENING = 2e-3
 """[m]; thinner than this a pad cannot be placed on both sides."""
-WIDEST_SPREAD, NARROWEST_SPREAD = 0.4, 0.05
+WIDEST_SPREAD, NARROWEST_SPREAD = 0.1, 0.05
 """Distance of pairs at first and at last, as shares of the object's radius."""
 
 

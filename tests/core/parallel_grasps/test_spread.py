@@ -33,8 +33,9 @@ def test_best_comes_first_and_swapped_ends_are_the_same_pair():
 
 def test_far_pairs_come_before_near_better_ones():
     first = np.array([[0, 0, 0], [0.02, 0, 0], [1.0, 0, 0]])
-    assert spread_pairs(first, first + (0, 1, 0), 2, 0.5, 0.01).tolist() == [0, 2]
-    assert spread_pairs(first, first + (0, 1, 0), 3, 0.5, 0.01).tolist() == [0, 1, 2]
+    second = first + np.eye(3)[1]
+    assert spread_pairs(first, second, 2, 0.5, 0.01).tolist() == [0, 2]
+    assert spread_pairs(first, second, 3, 0.5, 0.01).tolist() == [0, 1, 2]
 
 
 @pytest.mark.parametrize("count", [1, 5, 50])
