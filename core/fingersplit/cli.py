@@ -32,11 +32,26 @@ app = typer.Typer(
 
 @app.command()
 def plan(
-    mesh: Annotated[Path, typer.Argument(help="Mesh file: STL, OBJ, PLY, OFF or GLB.", exists=True, dir_okay=False)],
+    file: Annotated[
+        Path,
+        typer.Argument(
+            help="Mesh (STL, OBJ, PLY, OFF, GLB) or point cloud (PLY, PCD, NPZ).", exists=True, dir_okay=False
+        ),
+    ],
     hand: Annotated[str, typer.Option(help="Hand to plan for; see `fingersplit hands`.")] = "barrett",
     starts: Annotated[int, typer.Option(help="Most runs of the finger splitting.", min=1)] = 64,
     seed: Annotated[int, typer.Option(help="Seed of every random choice.", min=0)] = 0,
-    unit: Annotated[str, typer.Option(help="Unit of the mesh: m, mm, cm or in.")] = "m",
+    unit: Annotated[str, typer.Option(help="Unit of the file: m, mm, cm or in.")] = "m",
+    density: Annotated[float | None, typer.Option(help="Density of the object [kg/m^3].")] = None,
+    mass: Annotated[float | None, typer.Option(help="Mass of the object [kg], instead of a density.")] = None,
+    friction: Annotated[float | None, typer.Option(help="Coulomb friction between the object and the pads.")] = None,
+    fairing: Annotated[
+        float, typer.Option(help="Smooth a noisy mesh: waves of this length [m] lose half their height.")
+    ] = 0.0,
+    viewpoint: Annotated[
+        tuple[float, float, float] | None,
+        typer.Option(help="Where the camera stood that saw the point cloud, in the file's frame and unit."),
+    ] = None,
     top_k: Annotated[int, typer.Option(help="Most grasps to return.", min=1)] = 10,
     parallel_grasps: Annotated[
         Path | None,
@@ -61,20 +76,23 @@ def plan(
     ] = None,
     picture: Annotated[Path | None, typer.Option(help="Write a PNG of the best grasp here.")] = None,
 ) -> None:
-    """Plan grasps for a mesh and print them, best first."""
+    """Plan grasps for a mesh or a point cloud and print them, best first."""
     from fingersplit.hands.hand import load_hand
-    from fingersplit.objects.intake import load_mesh
-    from fingersplit.objects.model import prepare_object
+    from fingersplit.objects.intake import load_object
+    from fingersplit.objects.options import ObjectOptions
+    from fingersplit.objects.preparing import prepare
     from fingersplit.parallel_grasps.importers import import_parallel_grasps
     from fingersplit.planning import plan as plan_grasps
     from fingersplit.splitting.settings import PlannerSettings
 
-    settings = PlannerSettings.from_document(_named_values(setting or []))
+    options = ObjectOptions(density=density, mass=mass, friction=friction, fairing=fairing)
+    known = {} if options.friction is None else {"friction": options.friction}
+    settings = PlannerSettings.from_document(known | _named_values(setting or []))
     planned_hand = load_hand(hand)
-    checked, _ = load_mesh(mesh, unit)
+    shape, _ = load_object(file, unit, viewpoint)
     with _progress() as report:
         report("preparing the object", 0.0)
-        model = prepare_object(checked, mesh.stem)
+        model = prepare(shape, file.stem, options)
         imported = None
         if parallel_grasps is not None:
             imported = import_parallel_grasps(parallel_grasps, model, grasp_format)

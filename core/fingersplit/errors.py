@@ -2,11 +2,23 @@
 
 from collections.abc import Iterable
 
-__all__ = ["ExchangeError", "FingersplitError", "MeshError", "ParallelGraspError", "SettingsError", "UnknownHandError"]
+__all__ = [
+    "CacheError",
+    "ExchangeError",
+    "FingersplitError",
+    "MeshError",
+    "ParallelGraspError",
+    "SettingsError",
+    "UnknownHandError",
+]
 
 
 class FingersplitError(Exception):
     """Root of every error raised on purpose; its text says what is wrong and what would be right."""
+
+
+class CacheError(FingersplitError):
+    """A cache folder, a limit, a key or an array that cannot be used."""
 
 
 class MeshError(FingersplitError):

@@ -73,8 +73,8 @@ class Metrics(Document):
     """How good a grasp is; for every number more is better."""
 
     holding_margin: float | None = Field(
-        description="Friction force that every contact has to spare while the fingers carry the object's weight, whichever "
-        "way is down [N]; negative when they cannot, null when no forces balance it."
+        description="Friction force that every contact has to spare while the fingers carry the object's weight, "
+        "whichever way is down [N]; negative when they cannot, null when no forces balance it."
     )
     quality: float = Field(description="What finger splitting climbs: Q = w1 Q_o + w2 Q_h, no unit.")
     object_quality: float = Field(description="w1 Q_o: weight times twice the area of the contact triangle [m^2].")
@@ -160,10 +160,14 @@ class PlannedObject(Document):
     name: str = Field(description="Name given by whoever uploaded it.")
     extents: Vector3 = Field(description="Edge lengths of the axis-aligned bounding box, object frame [m].")
     volume: float = Field(description="Enclosed volume [m^3].")
-    mass: float = Field(description="Mass at the density that the planner assumes [kg].")
+    mass: float = Field(description="Mass, given or at the density that the planner assumes [kg].")
     center_of_mass: Vector3 = Field(description="Centre of mass, object frame [m].")
+    inertia: tuple[Vector3, Vector3, Vector3] = Field(
+        description="Inertia about the centre of mass, along the axes of the object frame [kg m^2]."
+    )
     samples: int = Field(description="Number of surface samples.")
     sample_spacing: float = Field(description="Least distance between two samples [m].")
+    seen: float = Field(description="Share of the closed surface that is known: 1 for a mesh, less for a point cloud.")
 
 
 class PlanSummary(Document):
