@@ -13,7 +13,7 @@ from fingersplit.parallel_grasps.grasp_set import ParallelGrasps
 from fingersplit.parallel_grasps.guided_starts import GripperBody, guided_fits
 from fingersplit.parallel_grasps.spread import spread_pairs
 
-__all__ = ["PadGripper", "fit_surfaces"]
+__all__ = ["PadGripper", "fit_surfaces", "surface_fits"]
 
 STARTS_PER_GRASP = 4
 START_SAMPLES, REGIONS = 2_000, 32
@@ -86,7 +86,24 @@ def fit_surfaces(
         At most ``count`` grasps, those first whose pads rest most squarely near the centre of mass; empty when none
         holds. Contacts are the object's nearest points to the pads' centres, approaches the gripper's.
     """
-    starts = STARTS_PER_GRASP * count
+    seats, contacts, approaches = surface_fits(model, STARTS_PER_GRASP * count, gripper, friction, rng)
+    off_center = np.linalg.norm(contacts.mean(axis=1) - model.center_of_mass, axis=1) / model.radius
+    order = np.argsort(off_center - seats, kind="stable")
+    order = order[seats[order] > 0]
+    ends = np.ascontiguousarray(contacts[order, 0]), np.ascontiguousarray(contacts[order, 1])
+    kept = order[spread_pairs(*ends, count, WIDEST_SPREAD * model.radius, NARROWEST_SPREAD * model.radius)]
+    return ParallelGrasps(contacts[kept], approaches[kept])
+
+
+def surface_fits(
+    model: ObjectModel, starts: int, gripper: PadGripper, friction: float, rng: np.random.Generator
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """What comes of every start, in their order.
+
+    Returns:
+        How squarely the pads rest (n,), the worse pad's share, 0 where a start came to nothing; contacts (n, 2, 3) [m]
+        and approaches (n, 3).
+    """
     contacts, approaches = np.zeros((starts, 2, 3)), np.zeros((starts, 3))
     pad = gripper.pad_points
     seats, _, _ = guided_fits(
@@ -103,12 +120,7 @@ def fit_surfaces(
         contacts,
         approaches,
     )
-    off_center = np.linalg.norm(contacts.mean(axis=1) - model.center_of_mass, axis=1) / model.radius
-    order = np.argsort(off_center - seats, kind="stable")
-    order = order[seats[order] > 0]
-    ends = np.ascontiguousarray(contacts[order, 0]), np.ascontiguousarray(contacts[order, 1])
-    kept = order[spread_pairs(*ends, count, WIDEST_SPREAD * model.radius, NARROWEST_SPREAD * model.radius)]
-    return ParallelGrasps(contacts[kept], approaches[kept])
+    return seats, contacts, approaches
 
 
 def _regions(model: ObjectModel, rng: np.random.Generator) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
