@@ -11,7 +11,7 @@ from fingersplit.objects.model import ObjectModel
 from fingersplit.parallel_grasps.fitting import new_fit
 from fingersplit.parallel_grasps.grasp_set import ParallelGrasps
 from fingersplit.parallel_grasps.guided_starts import GripperBody, guided_fits
-from fingersplit.parallel_grasps.spread import spread_pairs
+from fingersplit.parallel_grasps.spread import COVERING, spread_pairs
 
 __all__ = ["PadGripper", "fit_surfaces", "surface_fits"]
 
@@ -21,8 +21,6 @@ NORMAL_SHARE = 0.5
 """What a normal turned by a radian counts between regions, as a share of the object's radius."""
 PAD_POINTS = 5
 """Rows and columns of points that stand for a pad; odd, so that one of them is its centre."""
-WIDEST_SPREAD, NARROWEST_SPREAD = 0.4, 0.02
-"""Distance of grasps at first and at last, as shares of the object's radius."""
 
 
 @dataclass(frozen=True)
@@ -91,7 +89,7 @@ def fit_surfaces(
     order = np.argsort(off_center - seats, kind="stable")
     order = order[seats[order] > 0]
     ends = np.ascontiguousarray(contacts[order, 0]), np.ascontiguousarray(contacts[order, 1])
-    kept = order[spread_pairs(*ends, count, WIDEST_SPREAD * model.radius, NARROWEST_SPREAD * model.radius)]
+    kept = order[spread_pairs(*ends, count, model.radius * np.array(COVERING))]
     return ParallelGrasps(contacts[kept], approaches[kept])
 
 

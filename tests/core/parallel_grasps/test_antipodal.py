@@ -58,7 +58,7 @@ def test_pairs_differ(prepared):
     for i, pair in enumerate(pairs):
         for other in pairs[:i]:
             straight, swapped = (np.linalg.norm(pair - end, axis=1).mean() for end in (other, other[::-1]))
-            assert min(straight, swapped) >= 0.05 * model.radius
+            assert min(straight, swapped) >= 0.02 * model.radius
 
 
 def test_opening_limits_the_width(prepared):
