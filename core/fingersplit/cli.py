@@ -14,7 +14,8 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from fingersplit.errors import ExchangeError, FingersplitError, SettingsError
+from fingersplit.errors import ExchangeError, FingersplitError
+from fingersplit.verify_command import named_values, verify_stored
 
 __all__ = ["main"]
 
@@ -75,19 +76,26 @@ def plan(
         Path | None, typer.Option("--json", help="Write the result document here; - for standard output.")
     ] = None,
     picture: Annotated[Path | None, typer.Option(help="Write a PNG of the best grasp here.")] = None,
+    verified: Annotated[int, typer.Option(help="Verify ranked grasps in MuJoCo until so many hold.", min=0)] = 0,
+    protocol: Annotated[
+        str, typer.Option(help="What is done with the held object; see `fingersplit verify`.")
+    ] = "lift",
+    initial: Annotated[bool, typer.Option(help="Verify the initial parallel grasps, too.")] = False,
 ) -> None:
     """Plan grasps for a mesh or a point cloud and print them, best first."""
     from fingersplit.hands.hand import load_hand
+    from fingersplit.objects.convex_pieces import decompose
     from fingersplit.objects.intake import load_object
     from fingersplit.objects.options import ObjectOptions
     from fingersplit.objects.preparing import prepare
     from fingersplit.parallel_grasps.importers import import_parallel_grasps
     from fingersplit.planning import plan as plan_grasps
+    from fingersplit.proving import prove
     from fingersplit.splitting.settings import PlannerSettings
 
     options = ObjectOptions(density=density, mass=mass, friction=friction, fairing=fairing)
     known = {} if options.friction is None else {"friction": options.friction}
-    settings = PlannerSettings.from_document(known | _named_values(setting or []))
+    settings = PlannerSettings.from_document(known | named_values(setting or []))
     planned_hand = load_hand(hand)
     shape, _ = load_object(file, unit, viewpoint)
     with _progress() as report:
@@ -107,6 +115,19 @@ def plan(
             settings=settings,
             progress=report,
         )
+        if verified:
+            report("convex pieces", 0.0)
+            pieces = decompose(model.mesh)
+            report("verifying", 0.0)
+            result = prove(
+                result,
+                pieces,
+                verified=verified,
+                protocol=protocol,
+                friction=settings.friction,
+                threads=2,
+                initial=initial,
+            )
         document = result.to_document()
         if picture is not None:
             report("drawing", 0.0)
@@ -168,6 +189,9 @@ def warm() -> None:
             compile_kernels(load_hand(name))
 
 
+app.command("verify")(verify_stored)
+
+
 def main() -> None:
     """Run the program; bad input ends with one sentence on standard error and exit code 2."""
     for entry in entry_points(group="fingersplit.commands"):
@@ -208,7 +232,7 @@ def _draw(result: Any, picture: Path) -> None:
 def _table(document: dict[str, Any]) -> Table:
     table = Table(
         title=f"{document['object']['name']}, {document['hand']}",
-        caption=document["summary"]["message"],
+        caption=_caption(document["summary"]),
         box=box.SIMPLE_HEAD,
         collapse_padding=True,
         pad_edge=False,
@@ -229,14 +253,6 @@ def _table(document: dict[str, Any]) -> Table:
     return table
 
 
-def _named_values(pairs: list[str]) -> dict[str, Any]:
-    values = {}
-    for pair in pairs:
-        name, separator, text = pair.partition("=")
-        try:
-            values[name] = json.loads(text)
-        except json.JSONDecodeError:
-            separator = ""
-        if not separator:
-            raise SettingsError(f"Setting {pair!r} is not NAME=VALUE with a number, true or false.")
-    return values
+def _caption(summary: dict[str, Any]) -> str:
+    proof = summary["verification"]
+    return summary["message"] if proof is None else f"{summary['message']} {proof['message']}"

@@ -22,10 +22,11 @@ FLOORS = (
     {"grasp"},
     {"exchange"},
     {"parallel_grasps", "quality"},
-    {"splitting"},
+    {"splitting", "verification"},
     {"plan"},
     {"ranking"},
     {"planning", "recording"},
+    {"proving", "verify_command"},
     {"warming"},
     {"cli"},
 )

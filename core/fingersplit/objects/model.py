@@ -37,7 +37,7 @@ class ObjectModel:
         collision: The points that stand for the object in collision tests: supervoxel centres, as in [Fan2018] section
             III-A3, and points of what was not seen.
         distance: Signed distance on a grid; what was not seen counts as inside.
-        triangles: The triangles by cell, for exact rays.
+        triangles: The mesh's triangles by cell, for exact rays.
         mass_properties: Mass, volume, centre of mass and inertia.
         seen: Share of the closed surface's area that is known, 1 for a mesh.
     """
@@ -63,6 +63,12 @@ class ObjectModel:
     def mass(self) -> float:
         """Mass, given or assumed [kg]."""
         return self.mass_properties.mass
+
+    @cached_property
+    def inertia(self) -> NDArray[np.float64]:
+        """Inertia about the centre of mass along the object's axes, (3, 3) [kg m^2]; of the hull where it is open."""
+        solid = self.mesh.trimesh if self.mesh.watertight else self.mesh.trimesh.convex_hull
+        return np.asarray(solid.moment_inertia * self.mass / solid.mass)
 
     @cached_property
     def radius(self) -> float:

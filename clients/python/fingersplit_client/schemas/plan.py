@@ -2,9 +2,10 @@
 
 from typing import Literal
 
-from pydantic import Field, JsonValue
+from pydantic import Field
 
 from fingersplit_client.schemas.base import Document, Quaternion, Vector3
+from fingersplit_client.schemas.verification import Proof, Verification
 
 __all__ = [
     "Contact",
@@ -126,6 +127,9 @@ class InitialState(Document):
     joints: dict[str, float] = Field(description="Joint angles by name after mapping [rad].")
     contacts: list[Contact] = Field(description="Contacts after mapping, one a finger.")
     quality: float = Field(description="The planner's objective Q after mapping, no unit.")
+    verification: Verification | None = Field(
+        default=None, description="Report of this grasp's verification in simulation; null when it was not verified."
+    )
 
 
 class Grasp(Document):
@@ -148,7 +152,7 @@ class Grasp(Document):
     iterations: Iterations = Field(description="How many iterations the run took.")
     timings_ms: GraspTimings = Field(description="Where the time of the run went [ms].")
     initial: InitialState = Field(description="What the run started from.")
-    verification: dict[str, JsonValue] | None = Field(
+    verification: Verification | None = Field(
         description="Report of the grasp's verification in simulation; null when it was not verified."
     )
 
@@ -177,6 +181,9 @@ class PlanSummary(Document):
     feasible: int = Field(description="Starts that ended in a feasible grasp.")
     terminations: dict[str, int] = Field(description="How often each termination occurred.")
     message: str = Field(description="The outcome in a sentence.")
+    verification: Proof | None = Field(
+        default=None, description="How the verification of the grasps went; null when it was not asked for."
+    )
 
 
 class PlanTimings(Document):
