@@ -7,6 +7,7 @@ from pathlib import Path
 from rich.progress import track
 
 from benchmarks.objects import benchmark_objects
+from benchmarks.parallel_grasps import measure_parallel_grasps, table_parallel_grasps
 from benchmarks.planner import measure_object, table_one, table_two
 from fingersplit.hands import load_hand
 
@@ -24,14 +25,21 @@ def main() -> None:
         measure_object(name, load, hand, arguments.repeats)
         for name, load in track(objects.items(), description="measuring", transient=True)
     ]
+    grasp_rows = [
+        measure_parallel_grasps(name, load, arguments.repeats)
+        for name, load in track(objects.items(), description="parallel grasps", transient=True)
+    ]
     report = (
         "# Planner benchmark\n\nOne thread, warm kernels; medians over runs.\n\n"
         f"## Runs (as Table I of Fan2018)\n\n{table_one(rows)}\n\n"
-        f"## Time by stage (as Table II of Fan2018)\n\n{table_two(rows)}\n"
+        f"## Time by stage (as Table II of Fan2018)\n\n{table_two(rows)}\n\n"
+        f"## Parallel grasps\n\n{table_parallel_grasps(grasp_rows)}\n"
     )
     arguments.report.mkdir(parents=True, exist_ok=True)
     (arguments.report / "report.md").write_text(report)
-    (arguments.report / "report.json").write_text(json.dumps({"planner": rows}, indent=2) + "\n")
+    (arguments.report / "report.json").write_text(
+        json.dumps({"planner": rows, "parallel_grasps": grasp_rows}, indent=2) + "\n"
+    )
     print(report)
     print(f"Written to {arguments.report / 'report.md'} and {arguments.report / 'report.json'}")
 
