@@ -1,8 +1,8 @@
 """Signed distance to the object on a regular grid: culls collision tests and pushes links away.
 
-Distances are those to the nearest surface samples and, near the surface, to their triangles. The sign is a vote of the
-rays that run from a grid point along the axes: each tells how often the surface encloses the point [Nooruddin2003].
-In a closed mesh they agree; across a hole most of them still meet the surface.
+A distance is that to the piece of tangent plane about the nearest surface sample. The sign is a vote of the rays that
+run from a grid point along the axes: each tells how often the surface encloses the point [Nooruddin2003]. In a closed
+mesh they agree; beside a hole most of them still meet the surface.
 """
 
 import math
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from fingersplit.compilation import kernel
 from fingersplit.objects.mesh import Mesh
-from fingersplit.objects.surface import Surface, distance_to_triangle
+from fingersplit.objects.surface import Surface
 from fingersplit.vectors import dot, get, subtract
 
 __all__ = ["DistanceGrid", "build_distance_grid", "count_enclosures", "least_distance", "signed_distance"]
@@ -23,7 +23,6 @@ CELLS = 96
 MARGIN = 0.04
 """[m]; around the object, since links are looked up before they touch."""
 
-_NEAR = 2.0  # cells; within these the distance to the triangle replaces that to its sample
 _OFF_LATTICE = (0.0137, 0.0071)  # cells; rays beside the lattice miss the edges of meshes that were modelled on one
 
 
@@ -58,8 +57,7 @@ def build_distance_grid(mesh: Mesh, surface: Surface) -> DistanceGrid:
     triangles = mesh.vertices[mesh.faces]
     for axis in range(3):
         count_enclosures(triangles, axis, low, cell, votes)
-    samples = surface.grid.points, surface.normals, surface.triangles
-    _finish(*samples, (x, y, z), cell, nearest, votes, values)
+    _finish(surface.grid.points, surface.normals, surface.spacing, (x, y, z), cell, nearest, votes, values)
     values.setflags(write=False)
     return DistanceGrid(values, (x, y, z), cell)
 
@@ -164,21 +162,18 @@ def count_enclosures(triangles, axis, low, cell, votes):
 
 
 @kernel
-def _finish(points, normals, triangles, origin, cell, nearest, votes, values):
+def _finish(points, normals, spacing, origin, cell, nearest, votes, values):
     """Squared distances to samples become signed distances to the surface."""
     nx, ny, nz = values.shape
-    near = (_NEAR * cell) ** 2
     for x in range(nx):
         for y in range(ny):
             for z in range(nz):
                 i = nearest[x, y, z]
                 place = (origin[0] + x * cell, origin[1] + y * cell, origin[2] + z * cell)
-                distance = math.sqrt(values[x, y, z])
-                if values[x, y, z] < near:
-                    distance = distance_to_triangle(triangles[i], place)
-                inside = votes[x, y, z] > 3
-                if votes[x, y, z] == 3:
-                    inside = dot(subtract(place, get(points, i)), get(normals, i)) < 0.0
+                height = dot(subtract(place, get(points, i)), get(normals, i))
+                aside = math.sqrt(max(values[x, y, z] - height * height, 0.0))
+                distance = math.hypot(height, max(aside - spacing, 0.0))
+                inside = height < 0.0 if votes[x, y, z] == 3 else votes[x, y, z] > 3
                 values[x, y, z] = -distance if inside else distance
 
 

@@ -16,7 +16,7 @@ from fingersplit.objects.mesh import Mesh
 from fingersplit.objects.scatter import scatter
 from fingersplit.vectors import add, cross, dot, get, norm, scale, subtract
 
-__all__ = ["Surface", "closest", "distance_to_triangle", "sample_surface", "touch"]
+__all__ = ["Surface", "closest", "sample_surface", "touch"]
 
 TARGET_SAMPLES = 30_000
 SMALLEST_SPACING = 0.4e-3
@@ -102,12 +102,6 @@ def touch(surface, query, hint):
                     if distance < best:
                         best, best_point = distance, point
     return best, best_point
-
-
-@kernel
-def distance_to_triangle(triangle, query):
-    """Distance [m] of a point from a triangle (3, 3) [m]."""
-    return norm(subtract(query, _closest_on_triangle(triangle, query)))
 
 
 @kernel
