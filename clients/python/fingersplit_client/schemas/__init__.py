@@ -23,16 +23,19 @@ from fingersplit_client.schemas.plan import (
 )
 from fingersplit_client.schemas.problem import InvalidField, Problem
 from fingersplit_client.schemas.resources import (
+    CloudReport,
     HandFinger,
     HandInfo,
     HandJoint,
     Health,
     IntakeReport,
     ObjectInfo,
+    ObjectOptions,
     Readiness,
 )
 
 __all__ = [
+    "CloudReport",
     "Contact",
     "Document",
     "Grasp",
@@ -52,6 +55,7 @@ __all__ = [
     "JobSummary",
     "Metrics",
     "ObjectInfo",
+    "ObjectOptions",
     "Palm",
     "ParallelGrasp",
     "PlanResult",
