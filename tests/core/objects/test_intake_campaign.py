@@ -38,7 +38,7 @@ resource.setrlimit(resource.RLIMIT_AS, (present + 1_000_000_000,) * 2)
 random, outcomes = np.random.default_rng(seed), Counter()
 for number in range(count):
     damaged = mutated(data, random)
-    signal.alarm(10)  # ends the process
+    signal.setitimer(signal.ITIMER_PROF, 10)  # s of processor time; then the process ends
     try:
         shape, _ = read_object(damaged, file_type)
         if outcomes["object"] % 10 == 0:
@@ -47,7 +47,7 @@ for number in range(count):
     except MeshError as error:
         assert str(error).endswith(".") and len(str(error)) < 500, error
         outcomes[error.code] += 1
-    signal.alarm(0)
+    signal.setitimer(signal.ITIMER_PROF, 0)
 print(json.dumps(outcomes))
 """
 
