@@ -10,10 +10,9 @@ from numpy.typing import NDArray
 
 from fingersplit.grasp import Grasp
 from fingersplit.hands.hand import Hand
-from fingersplit.objects.model import ObjectModel
 from fingersplit.splitting.settings import PlannerSettings
 from fingersplit.transforms import pose_matrix, rotation_from_wxyz, wxyz_from_rotation
-from fingersplit_bench.ipopt.implicit_surface import ImplicitSurface, fit_surface
+from fingersplit_bench.ipopt.implicit_surface import ImplicitSurface
 from fingersplit_bench.ipopt.kinematics import manipulability, object_quality, pads_in_palm
 
 __all__ = ["GeneralProblem", "Solution", "build_problem"]
@@ -57,7 +56,7 @@ class GeneralProblem:
         surface: The implicit surface that eq. (1c) puts the contacts on.
         lower_unknowns: Bounds of the unknowns; joint limits, eq. (1d), among them.
         upper_unknowns: Likewise.
-        seconds: Time to fit the surface and build the program [s].
+        seconds: Time to write the program and its derivatives [s].
     """
 
     solver: casadi.Function
@@ -87,10 +86,9 @@ class GeneralProblem:
         )
 
 
-def build_problem(model: ObjectModel, hand: Hand, settings: PlannerSettings) -> GeneralProblem:
-    """Fit the object's surface and write problem (1) for a hand of three fingers."""
+def build_problem(surface: ImplicitSurface, hand: Hand, settings: PlannerSettings) -> GeneralProblem:
+    """Write problem (1) for an object and a hand of three fingers."""
     began = perf_counter()
-    surface = fit_surface(model)
     fingers, count = len(hand.fingers), len(hand.joint_names)
     t, wxyz = casadi.MX.sym("t", 3), casadi.MX.sym("wxyz", 4)
     q, c = casadi.MX.sym("q", count), casadi.MX.sym("c", 3, fingers)

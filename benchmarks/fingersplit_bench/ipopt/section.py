@@ -10,6 +10,7 @@ from fingersplit.plan import Plan
 from fingersplit.splitting.starts import Run
 from fingersplit_bench.calls import FIDELITIES, plan_once, settings_of, warm_up
 from fingersplit_bench.cases import Case, cases_of, parallel_grasps_of
+from fingersplit_bench.ipopt.implicit_surface import fit_surface
 from fingersplit_bench.ipopt.judgement import Judgement, judge_grasp
 from fingersplit_bench.ipopt.problem import MAX_ITERATIONS, GeneralProblem, Solution, build_problem
 from fingersplit_bench.suite import Bench, Chapter, Figure, table
@@ -112,7 +113,7 @@ def _prepare(bench: Bench, name: str) -> tuple[GeneralProblem, float]:
     began = perf_counter()
     prepare_object(model.mesh, name)
     seconds = perf_counter() - began
-    return build_problem(model, bench.hand, settings_of("paper")), seconds
+    return build_problem(fit_surface(model), bench.hand, settings_of("paper")), seconds
 
 
 def _compare(
@@ -125,7 +126,8 @@ def _compare(
         solution = problem.solve(start)
         judgement = judge_grasp(model, bench.hand, settings_of("paper"), solution.object_from_palm, solution.joints)
         attempts.append(Attempt(solution, judgement, dict(zip(plans, runs, strict=True))))
-    return CaseComparison(case, model.name, {"ipopt": problem.seconds, "splitting": prepare_s}, attempts)
+    seconds = {"ipopt": problem.surface.seconds + problem.seconds, "splitting": prepare_s}
+    return CaseComparison(case, model.name, seconds, attempts)
 
 
 def _ratio(attempts: list[Attempt]) -> Figure:
