@@ -7,27 +7,36 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingersplit.compilation import kernel
+from fingersplit.hands.kernel import MAX_FINGERS, MAX_HAND_JOINTS
 from fingersplit.transforms import pose_matrix
 
-__all__ = ["CPO", "MAP", "PHASE_NAMES", "PPO", "SETTLE", "Trace", "TraceArrays", "new_trace", "record"]
+__all__ = ["CPO", "MAP", "PHASE_NAMES", "PPO", "SETTLE", "Trace", "TraceRows", "new_trace", "record"]
 
-MAP, CPO, PPO, SETTLE = range(4)
-PHASE_NAMES = ("map", "cpo", "ppo", "settle")
+CPO, PPO, MAP, SETTLE = range(4)
+PHASE_NAMES = ("cpo", "ppo", "map", "settle")
+
+ROW = np.dtype(
+    [
+        ("phase", np.int64),
+        ("joints", np.float64, MAX_HAND_JOINTS),
+        ("palm_rotation", np.float64, (3, 3)),
+        ("palm_position", np.float64, 3),
+        ("contacts", np.float64, (MAX_FINGERS, 3)),
+        ("normals", np.float64, (MAX_FINGERS, 3)),
+        ("residuals", np.float64, MAX_FINGERS),
+        ("pad_angles", np.float64, MAX_FINGERS),
+        ("scores", np.float64, 4),
+    ],
+    align=True,
+)
+"""One recorded state; columns as in ``Trace``."""
 
 
-class TraceArrays(NamedTuple):
-    """Room for T states; columns as in ``Trace``, ``length`` (1,) counts the rows in use."""
+class TraceRows(NamedTuple):
+    """Room for recorded states, none if nothing is to be recorded; ``length`` (1,) counts the rows in use."""
 
+    rows: np.recarray
     length: NDArray[np.int64]
-    phases: NDArray[np.int64]
-    joints: NDArray[np.float64]
-    palm_rotations: NDArray[np.float64]
-    palm_positions: NDArray[np.float64]
-    contacts: NDArray[np.float64]
-    normals: NDArray[np.float64]
-    residuals: NDArray[np.float64]
-    pad_angles: NDArray[np.float64]
-    scores: NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,14 +66,24 @@ class Trace:
     scores: NDArray[np.float64]
 
     @classmethod
-    def from_arrays(cls, arrays: TraceArrays) -> Self:
+    def from_rows(cls, trace: TraceRows, fingers: int, joints: int) -> Self:
         """Copy of the rows in use, read-only."""
+        rows = trace.rows[: trace.length[0]]
         columns = {
-            name: column[: arrays.length[0]].copy() for name, column in arrays._asdict().items() if name != "length"
+            "phases": rows.phase,
+            "joints": rows.joints[:, :joints],
+            "palm_rotations": rows.palm_rotation,
+            "palm_positions": rows.palm_position,
+            "contacts": rows.contacts[:, :fingers],
+            "normals": rows.normals[:, :fingers],
+            "residuals": rows.residuals[:, :fingers],
+            "pad_angles": rows.pad_angles[:, :fingers],
+            "scores": rows.scores,
         }
-        for column in columns.values():
+        copies = {name: np.array(column) for name, column in columns.items()}
+        for column in copies.values():
             column.setflags(write=False)
-        return cls(**columns)
+        return cls(**copies)
 
     def __len__(self) -> int:
         return len(self.phases)
@@ -74,33 +93,26 @@ class Trace:
         return pose_matrix(self.palm_rotations[row], self.palm_positions[row])
 
 
-def new_trace(capacity: int, fingers: int, joints: int) -> TraceArrays:
-    """Room for ``capacity`` states of a hand."""
-    return TraceArrays(
-        length=np.zeros(1, np.int64),
-        phases=np.zeros(capacity, np.int64),
-        joints=np.zeros((capacity, joints)),
-        palm_rotations=np.zeros((capacity, 3, 3)),
-        palm_positions=np.zeros((capacity, 3)),
-        contacts=np.zeros((capacity, fingers, 3)),
-        normals=np.zeros((capacity, fingers, 3)),
-        residuals=np.zeros((capacity, fingers)),
-        pad_angles=np.zeros((capacity, fingers)),
-        scores=np.zeros((capacity, 4)),
-    )
+def new_trace(capacity: int) -> TraceRows:
+    """Room for ``capacity`` states."""
+    return TraceRows(np.rec.array(np.zeros(capacity, ROW)), np.zeros(1, np.int64))
 
 
 @kernel
 def record(trace, phase, state):
-    """Append a state."""
-    row = trace.length[0]
-    trace.phases[row] = phase
-    trace.joints[row] = state.pose.joints
-    trace.palm_rotations[row] = state.pose.palm_rotation
-    trace.palm_positions[row] = state.pose.palm_position
-    trace.contacts[row] = state.contacts
-    trace.normals[row] = state.normals
-    trace.residuals[row] = state.residuals
-    trace.pad_angles[row] = state.pad_angles
-    trace.scores[row] = state.scores
-    trace.length[0] = row + 1
+    """Append a state if there is room."""
+    n = trace.length[0]
+    if n == len(trace.rows):
+        return
+    row = trace.rows[n]
+    row.phase = phase
+    row.joints[:] = state.joints
+    row.palm_rotation[:] = state.palm_rotation
+    row.palm_position[:] = state.palm_position
+    row.contacts[:] = state.contacts
+    row.normals[:] = state.normals
+    row.residuals[:] = state.residuals
+    row.pad_angles[:] = state.pad_angles
+    row.scores[0], row.scores[1], row.scores[2] = state.quality, state.object_quality, state.hand_quality
+    row.scores[3] = state.penetration
+    trace.length[0] = n + 1
