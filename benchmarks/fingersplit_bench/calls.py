@@ -1,7 +1,5 @@
 """How the benchmarks call the planner: the one place that knows its arguments."""
 
-from concurrent.futures import ThreadPoolExecutor
-
 import numpy as np
 
 from fingersplit.hands.hand import Hand
@@ -12,15 +10,15 @@ from fingersplit.plan import Plan
 from fingersplit.planning import APPROACHES, plan
 from fingersplit.splitting.settings import PlannerSettings
 
-__all__ = ["FIDELITIES", "SEED", "antipodal_grasps", "plan_on_threads", "plan_once", "settings_of", "warm_up"]
+__all__ = ["FIDELITIES", "antipodal_grasps", "plan_once", "settings_of", "warm_up"]
 
 FIDELITIES = ("paper", "default")
 SEED = 1
 
 
 def settings_of(fidelity: str) -> PlannerSettings:
-    """Settings of a fidelity: ``"paper"`` as printed, ``"default"`` with the whole tracking step at once."""
-    return PlannerSettings() if fidelity == "paper" else PlannerSettings(cpo_gain=20.0, ppo_gain=20.0)
+    """Settings of a fidelity: ``"paper"`` as printed, ``"default"`` with our own step control."""
+    return PlannerSettings.of(fidelity)
 
 
 def plan_once(
@@ -30,17 +28,10 @@ def plan_once(
     *,
     fidelity: str = "default",
     starts: int = 64,
-    seed: int = SEED,
+    threads: int = 1,
 ) -> Plan:
-    """One plan on one thread."""
-    return plan(model, hand, grasps, starts=starts, seed=seed, settings=settings_of(fidelity))
-
-
-def plan_on_threads(model: ObjectModel, hand: Hand, *, starts: int, threads: int) -> int:
-    """Plan ``starts`` starts on several threads, default fidelity, and return the number of runs."""
-    with ThreadPoolExecutor(threads) as pool:
-        plans = pool.map(lambda seed: plan_once(model, hand, starts=starts // threads, seed=seed), range(threads))
-        return sum(len(each.runs) for each in plans)
+    """One plan, on one thread unless more are asked for."""
+    return plan(model, hand, grasps, starts=starts, seed=SEED, settings=settings_of(fidelity), threads=threads)
 
 
 def warm_up(model: ObjectModel, hand: Hand) -> None:

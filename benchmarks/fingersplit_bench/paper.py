@@ -42,7 +42,8 @@ class CaseRuns:
     def us_per_iteration(self, fidelity: str) -> float:
         """Time in the stages of CPO and PPO over the number of tangent searches [us]."""
         runs = [run for each in self.plans[fidelity] for run in each.runs]
-        return 1e6 * sum(sum(run.seconds[:6]) for run in runs) / sum(run.cpo + run.ppo for run in runs)
+        searches = sum(int(run.outcome.cpo + run.outcome.ppo) for run in runs)
+        return 1e6 * sum(sum(run.seconds[:6]) for run in runs) / searches
 
     def stage_ms(self, fidelity: str, phase: str) -> list[float]:
         """Mean time of a run in each of ``STAGES``, in ``"CPO"`` or ``"PPO"`` [ms]."""
@@ -72,9 +73,9 @@ class CaseRuns:
             document[fidelity] = {
                 "runs": len(runs),
                 "feasible": sum(run.feasible for run in runs),
-                "rounds": median(run.rounds for run in runs),
-                "cpo": median(run.cpo for run in runs),
-                "ppo": median(run.ppo for run in runs),
+                "rounds": median(int(run.outcome.rounds) for run in runs),
+                "cpo": median(int(run.outcome.cpo) for run in runs),
+                "ppo": median(int(run.outcome.ppo) for run in runs),
                 "run_ms": self.run_ms(fidelity),
                 "us_per_iteration": self.us_per_iteration(fidelity),
                 "stage_ms": {phase: self.stage_ms(fidelity, phase) for phase in PUBLISHED_STAGES},

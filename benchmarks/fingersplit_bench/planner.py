@@ -11,7 +11,7 @@ from typing import TypeVar
 from fingersplit.objects.mesh import Mesh
 from fingersplit.objects.model import ObjectModel, prepare_object
 from fingersplit.objects.parametric import mug
-from fingersplit_bench.calls import plan_on_threads, plan_once, warm_up
+from fingersplit_bench.calls import plan_once, warm_up
 from fingersplit_bench.published import compare_with_published
 from fingersplit_bench.suite import Bench, Chapter, Figure, table
 
@@ -88,8 +88,8 @@ def _measure_object(bench: Bench, model: ObjectModel) -> ObjectSpeed:
         seconds.append(took)
         took, result = _timed(lambda: plan_once(model, hand, starts=many))
         alone.append((len(result.runs) / took, result.feasible / took))
-        took, runs = _timed(lambda: plan_on_threads(model, hand, starts=many, threads=2))
-        together.append(runs / took)
+        took, result = _timed(lambda: plan_once(model, hand, starts=many, threads=2))
+        together.append(len(result.runs) / took)
     result = plans[0]
     return ObjectSpeed(
         name=model.name,

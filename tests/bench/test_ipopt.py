@@ -4,7 +4,7 @@ import casadi
 import numpy as np
 import pytest
 import trimesh
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from fingersplit.quality.objective import manipulability as own_manipulability
@@ -39,7 +39,7 @@ def test_kinematics_are_the_hands_own(barrett, seed):
     joints = np.random.default_rng(seed).uniform(barrett.lower, barrett.upper)
     q = casadi.MX.sym("q", len(joints))
     pads = evaluate(casadi.horzcat(*pads_in_palm(barrett, q)), q, joints).T
-    np.testing.assert_allclose(pads, barrett.pose(joints).pads, atol=1e-12)
+    np.testing.assert_allclose(pads, barrett.pose(joints).pads[:3], atol=1e-12)
 
 
 @given(seed=seeds)
@@ -48,7 +48,7 @@ def test_quality_is_the_planners_own(barrett, seed):
     joints, contacts = rng.uniform(barrett.lower, barrett.upper), rng.uniform(-0.05, 0.05, (3, 3))
     q, c = casadi.MX.sym("q", len(joints)), casadi.MX.sym("c", 3, 3)
     assert evaluate(manipulability(barrett, q), q, joints) == pytest.approx(own_manipulability(barrett.arrays, joints))
-    assert evaluate(object_quality(c), c, contacts.T) == pytest.approx(own_object_quality(contacts), abs=1e-6)
+    assert evaluate(object_quality(c), c, contacts.T) == pytest.approx(own_object_quality(contacts, 3), abs=1e-6)
 
 
 def test_signed_distance_of_a_sphere(ball):
@@ -93,10 +93,8 @@ def test_judgement_of_our_own_grasps_is_the_planners(ball, barrett):
         assert judged.feasible == run.feasible
 
 
-@settings(max_examples=1)
-@given(seed=st.just(0))
-def test_solutions_keep_problem_one(ball, ball_problem, barrett, seed):
-    runs = plan_once(ball, barrett, fidelity="paper", starts=4, seed=seed).runs
+def test_solutions_keep_problem_one(ball, ball_problem, barrett):
+    runs = plan_once(ball, barrett, fidelity="paper", starts=4).runs
     solutions = [(run, ball_problem.solve(run.initial)) for run in runs]
     solved = [(run, solution) for run, solution in solutions if solution.converged]
     assert solved

@@ -43,15 +43,17 @@ def judge_grasp(
 ) -> Judgement:
     """Measure the grasp that a palm pose (4, 4) and joints (N,) [rad] make."""
     pose = hand.pose(joints, object_from_palm)
-    contacts = np.array([touch(model.surface, tuple(pad), -1)[1] for pad in pose.pads])
+    fingers = len(hand.fingers)
+    pads, pad_normals = pose.pads[:fingers], pose.pad_normals[:fingers]
+    contacts = np.array([touch(model.surface, tuple(pad), -1)[1] for pad in pads])
     normals = np.array([closest(model.surface, tuple(contact), -1)[2] for contact in contacts])
-    away = pose.pads - contacts
+    away = pads - contacts
     heights = np.copysign(np.linalg.norm(away, axis=1), np.einsum("ij,ij->i", away, normals))
     residual = float(np.abs(heights - [finger.pad_radius for finger in hand.fingers]).max())
-    cosines = -np.einsum("ij,ij->i", pose.pad_normals, normals)
+    cosines = -np.einsum("ij,ij->i", pad_normals, normals)
     pad_angle = float(np.arccos(np.clip(cosines, -1, 1)).max())
-    penetration = float(refined_penetration(hand.arrays, pose, model.surface))
-    quality = settings.object_weight * object_quality(contacts)
+    penetration = float(refined_penetration(hand.arrays, pose, model.surface, model.distance, np.empty((3, 3))))
+    quality = settings.object_weight * object_quality(contacts, fingers)
     quality += settings.hand_weight * manipulability(hand.arrays, joints)
     feasible = (
         residual <= settings.contact_tolerance

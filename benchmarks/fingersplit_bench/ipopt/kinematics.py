@@ -2,20 +2,19 @@
 
 import casadi
 import numpy as np
-from numpy.typing import NDArray
 
 from fingersplit.hands.hand import Hand
 
-__all__ = ["manipulability", "object_quality", "pads_in_palm", "rotation_about"]
+__all__ = ["manipulability", "object_quality", "pads_in_palm", "rotation_about_z"]
 
 LEAST_AREA = 1e-12
 """Added under the root of the doubled triangle area, so that it has a gradient where a triangle has none [m^4]."""
 
 
-def rotation_about(axis: NDArray[np.float64], angle: casadi.MX) -> casadi.MX:
-    """Rotation by ``angle`` [rad] about a unit ``axis`` (3,), Rodrigues' formula, (3, 3)."""
-    cross = casadi.skew(casadi.DM(axis))
-    return casadi.MX.eye(3) + casadi.sin(angle) * cross + (1 - casadi.cos(angle)) * cross @ cross
+def rotation_about_z(angle: casadi.MX) -> casadi.MX:
+    """Rotation by ``angle`` [rad] about z, (3, 3)."""
+    sine, cosine = casadi.sin(angle), casadi.cos(angle)
+    return casadi.blockcat([[cosine, -sine, 0], [sine, cosine, 0], [0, 0, 1]])
 
 
 def pads_in_palm(hand: Hand, joints: casadi.MX) -> list[casadi.MX]:
@@ -25,8 +24,7 @@ def pads_in_palm(hand: Hand, joints: casadi.MX) -> list[casadi.MX]:
         rotation, position = casadi.MX.eye(3), casadi.MX.zeros(3)
         for j in range(arrays.joint_counts[f]):
             position += rotation @ arrays.positions[f, j]
-            turn = rotation_about(arrays.axes[f, j], joints[int(arrays.joint_indices[f, j])])
-            rotation = rotation @ arrays.rotations[f, j] @ turn
+            rotation = rotation @ arrays.rotations[f, j] @ rotation_about_z(joints[int(arrays.joint_indices[f, j])])
         pads.append(position + rotation @ arrays.pad_positions[f])
     return pads
 
