@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from fingersplit.objects.model import ObjectModel
 from fingersplit.plan import Plan
-from fingersplit.splitting.starts import Run
+from fingersplit.splitting.run import Run
 from fingersplit_bench.calls import FIDELITIES, plan_once, settings_of, warm_up
 from fingersplit_bench.cases import Case, cases_of, parallel_grasps_of
 from fingersplit_bench.paper_tables import PUBLISHED_STAGES, STAGES, gain_table, table_one, table_two

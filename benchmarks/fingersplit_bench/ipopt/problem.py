@@ -1,4 +1,7 @@
-"""The general grasp planning problem (1) of [Fan2018] as a nonlinear program, solved by IPOPT."""
+"""The general grasp planning problem (1) of [Fan2018] as a nonlinear program in CasADi [Andersson2019], for IPOPT.
+
+IPOPT is an interior-point solver [Waechter2006]; it gets exact first and second derivatives.
+"""
 
 from dataclasses import dataclass
 from time import perf_counter

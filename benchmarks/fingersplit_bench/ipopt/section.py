@@ -7,7 +7,7 @@ from typing import Any
 
 from fingersplit.objects.model import ObjectModel, prepare_object
 from fingersplit.plan import Plan
-from fingersplit.splitting.starts import Run
+from fingersplit.splitting.run import Run
 from fingersplit_bench.calls import FIDELITIES, plan_once, settings_of, warm_up
 from fingersplit_bench.cases import Case, cases_of, parallel_grasps_of
 from fingersplit_bench.ipopt.implicit_surface import fit_surface
