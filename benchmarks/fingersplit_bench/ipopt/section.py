@@ -15,7 +15,7 @@ from fingersplit_bench.ipopt.judgement import Judgement, judge_grasp
 from fingersplit_bench.ipopt.problem import MAX_ITERATIONS, GeneralProblem, Solution, build_problem
 from fingersplit_bench.suite import Bench, Chapter, Figure, table
 
-__all__ = ["CaseComparison", "measure_ipopt", "table_three"]
+__all__ = ["Attempt", "CaseComparison", "measure_ipopt", "table_three"]
 
 STARTS = 8
 """Starts of each case that IPOPT gets, at most; it takes a hundred times as long for one."""
