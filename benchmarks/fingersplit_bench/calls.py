@@ -8,9 +8,10 @@ from fingersplit.parallel_grasps.antipodal import sample_antipodal
 from fingersplit.parallel_grasps.parallel_grasp import ParallelGrasp
 from fingersplit.plan import Plan
 from fingersplit.planning import APPROACHES, plan
+from fingersplit.splitting.run import Run
 from fingersplit.splitting.settings import PlannerSettings
 
-__all__ = ["FIDELITIES", "antipodal_grasps", "plan_once", "settings_of", "warm_up"]
+__all__ = ["FIDELITIES", "antipodal_grasps", "paired_runs", "plan_once", "settings_of", "warm_up"]
 
 FIDELITIES = ("paper", "default")
 SEED = 1
@@ -32,6 +33,16 @@ def plan_once(
 ) -> Plan:
     """One plan, on one thread unless more are asked for."""
     return plan(model, hand, grasps, starts=starts, seed=SEED, settings=settings_of(fidelity), threads=threads)
+
+
+def paired_runs(*plans: Plan) -> list[tuple[Run, ...]]:
+    """Runs of several plans that began in the same mapped state, one tuple a start."""
+    runs = [{_start_of(run): run for run in each.runs} for each in plans]
+    return [tuple(each[start] for each in runs) for start in runs[0] if all(start in each for each in runs)]
+
+
+def _start_of(run: Run) -> bytes:
+    return run.initial.object_from_palm.tobytes() + run.initial.joints.tobytes()
 
 
 def warm_up(model: ObjectModel, hand: Hand) -> None:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from fingersplit.objects.model import ObjectModel
 from fingersplit.plan import Plan
 from fingersplit.splitting.run import Run
-from fingersplit_bench.calls import FIDELITIES, plan_once, settings_of, warm_up
+from fingersplit_bench.calls import FIDELITIES, paired_runs, plan_once, settings_of, warm_up
 from fingersplit_bench.cases import Case, cases_of, parallel_grasps_of
 from fingersplit_bench.paper_tables import PUBLISHED_STAGES, STAGES, gain_table, table_one, table_two
 from fingersplit_bench.plots import draw_metrics, draw_quality_profile
@@ -53,9 +53,8 @@ class CaseRuns:
 
     def paired_quality(self) -> list[tuple[float, float]]:
         """Final Q at paper and default fidelity of every start from which both end in a feasible grasp."""
-        paper = {_start_of(run): run for run in self.runs("paper") if run.feasible}
-        pairs = [(paper.get(_start_of(run)), run) for run in self.runs("default") if run.feasible]
-        return [(float(a.scores[0]), float(b.scores[0])) for a, b in pairs if a is not None]
+        pairs = paired_runs(self.plans["paper"][0], self.plans["default"][0])
+        return [(float(a.scores[0]), float(b.scores[0])) for a, b in pairs if a.feasible and b.feasible]
 
     def to_document(self) -> dict[str, Any]:
         """Everything that the tables state, as plain JSON data."""
@@ -112,10 +111,6 @@ def _run_case(bench: Bench, case: Case, name: str) -> CaseRuns | None:
         for fidelity in FIDELITIES
     }
     return CaseRuns(case, model, plans) if all(each[0].runs for each in plans.values()) else None
-
-
-def _start_of(run: Run) -> bytes:
-    return run.initial.object_from_palm.tobytes() + run.initial.joints.tobytes()
 
 
 def _figures(measured: list[CaseRuns]) -> dict[str, Figure]:

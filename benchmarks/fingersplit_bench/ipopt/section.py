@@ -8,7 +8,7 @@ from typing import Any
 from fingersplit.objects.model import ObjectModel, prepare_object
 from fingersplit.plan import Plan
 from fingersplit.splitting.run import Run
-from fingersplit_bench.calls import FIDELITIES, plan_once, settings_of, warm_up
+from fingersplit_bench.calls import FIDELITIES, paired_runs, plan_once, settings_of, warm_up
 from fingersplit_bench.cases import Case, cases_of, parallel_grasps_of
 from fingersplit_bench.ipopt.implicit_surface import fit_surface
 from fingersplit_bench.ipopt.judgement import Judgement, judge_grasp
@@ -121,7 +121,7 @@ def _compare(
 ) -> CaseComparison:
     bench.note(f"IPOPT on {case.name} ({model.name})")
     attempts = []
-    for runs in zip(*(plan.runs for plan in plans.values()), strict=True):
+    for runs in paired_runs(*plans.values()):
         start = runs[0].initial
         solution = problem.solve(start)
         judgement = judge_grasp(model, bench.hand, settings_of("paper"), solution.object_from_palm, solution.joints)
