@@ -24,17 +24,15 @@ def draw_quality_profile(path: Path, traces: Mapping[str, Trace]) -> None:
     """Q against iteration with CPO shaded yellow and PPO blue, a panel for every trace, titled by its name."""
     figure = _figure(width=4.6 * len(traces), height=3.4)
     panels = figure.subplots(1, len(traces), squeeze=False)[0]
-    for number, (axes, (title, trace)) in enumerate(zip(panels, traces.items(), strict=True)):
+    for axes, (title, trace) in zip(panels, traces.items(), strict=True):
         patches = shade_phases(axes, [PHASE_NAMES[phase] for phase in trace.phases])
         (curve,) = axes.plot(trace.scores[:, 0], color=RED, lw=2, label="Q")
         axes.set(xlabel="iteration", title=title, xlim=(-0.5, max(len(trace) - 0.5, 0.5)))
         axes.xaxis.set_major_locator(MaxNLocator(integer=True))
         axes.ticklabel_format(axis="y", style="sci", scilimits=(-3, 3))
-        if number == 0:
-            axes.set_ylabel("quality Q")
-            axes.legend(handles=[curve, *patches], loc="lower right", framealpha=0.9)
-    for axes in panels:
         axes.set_ylim(_common_range([trace.scores[:, 0] for trace in traces.values()]))
+    panels[0].set_ylabel("quality Q")
+    figure.legend(handles=[curve, *patches], loc="outside lower center", ncols=3)
     figure.savefig(path, format="png", facecolor="white")
 
 
