@@ -54,8 +54,8 @@ def plan(
         progress: Called with a stage name and the share of that stage that is done, 0..1.
 
     Returns:
-        Ranked grasps: feasible ones first, then by Ferrari-Canny metric, then by Q. When no grasp is feasible, the best
-        infeasible ones with what they violate, and a message that says why.
+        Ranked grasps: feasible ones first, by the margin with which they hold the object's weight. When no grasp is
+        feasible, the best infeasible ones with what they violate, and a message that says why.
 
     Raises:
         SettingsError: ``starts``, ``top_k`` or ``threads`` below 1, or a negative seed.

@@ -67,8 +67,8 @@ def _reason(run: Run, holding: Holding, around: Surroundings, weight: float) -> 
         )
     else:
         held = (
-            f"It carries {weight:.2f} N whichever way is down, with {holding.margin:.2f} N of friction to spare at every "
-            f"contact in the worst case, gravity along {down}"
+            f"It carries {weight:.2f} N whichever way is down, with {holding.margin:.2f} N of friction to spare at "
+            f"every contact in the worst case, gravity along {down}"
         )
     way = "" if around.approach is not None else " No straight way in along the palm's axis is free."
     return f"{held}; least friction counts at {weakest} ({holding.frictions.min():.2f}).{way}"
@@ -84,7 +84,8 @@ def _contacts(runs: Sequence[Run]) -> Contacts:
     hand, last = runs[0].hand, np.array([run.last for run in runs])
     fingers = len(hand.fingers)
     columns = (np.ascontiguousarray(last[name][:, :fingers]) for name in ("contacts", "normals", "jacobians"))
-    return Contacts(*columns, hand.finger_torque_limits)
+    points, normals, jacobians = columns
+    return Contacts(points, normals, jacobians, hand.finger_torque_limits)
 
 
 def _nearly_same(a: Run, b: Run) -> bool:

@@ -83,9 +83,9 @@ POSE_FIELDS = [
 ]
 """Where a hand stands in some frame (here the object's).
 
-``object_from_palm`` and ``joints`` [rad] are the input of ``move_fingers``; its output are ``object_from_link``, the pad
-centres [m], the unit vectors out of the pads, and the pad centres by the finger's own joints, ``J_q2c,i`` of [Fan2018]
-eq. (3b) [m/rad].
+``object_from_palm`` and ``joints`` [rad] are the input of ``move_fingers``; its output are ``object_from_link``, the
+pad centres [m], the unit vectors out of the pads, and the pad centres by the finger's own joints, ``J_q2c,i`` of
+[Fan2018] eq. (3b) [m/rad].
 """
 
 

@@ -74,7 +74,7 @@ def _read_finger(
 ) -> None:
     """Chain and pad of one finger into ``hand``; for each body its place (finger, joint) and its pose in that link."""
     pad = model.site(f"{finger}_pad")
-    last_from_body = np.eye(4)
+    last_from_body: np.ndarray = np.eye(4)
     for body in _chain(model, pad.bodyid[0], palm):
         last_from_body = last_from_body @ _body_pose(model, body)
         if model.body_jntnum[body]:

@@ -56,7 +56,8 @@ def shape_distance_gradient(kind, size, point):
     if kind == SPHERE:
         return _unit(x, y, z)
     if kind == CAPSULE:
-        return _unit(x, y, z - min(max(z, -size[1]), size[1]))
+        z -= min(max(z, -size[1]), size[1])
+        return _unit(x, y, z)
     if kind == CYLINDER:
         radial = math.sqrt(x * x + y * y)
         a, c = radial - size[0], abs(z) - size[1]
@@ -78,34 +79,33 @@ def shape_distance_gradient(kind, size, point):
 @kernel
 def _unit(x, y, z):
     length = math.sqrt(x * x + y * y + z * z)
-    return (x / length, y / length, z / length) if length > 0.0 else (0.0, 0.0, 1.0)
+    return (x / length, y / length, z / length) if length > 0.0 else (1.0, 0.0, 0.0)
 
 
-def covering_spheres(kind: int, size: NDArray[np.float64]) -> tuple[NDArray[np.float64], float, float]:
+def covering_spheres(kind: int, size: NDArray[np.float64]) -> tuple[NDArray[np.float64], float, NDArray[np.float64]]:
     """Spheres that together enclose a shape, without reaching far beyond it.
 
     A capsule is cut along its axis, every other shape's bounding box into nearly cubic bricks.
 
     Returns:
-        Centres (n, 3), the radius with which they enclose the shape, and that with which they lie inside it [m].
+        Centres (n, 3), the radius with which they enclose the shape, and radii (n,) with which they lie inside it [m].
     """
     if kind == SPHERE:
-        return np.zeros((1, 3)), float(size[0]), float(size[0])
+        return np.zeros((1, 3)), float(size[0]), size[:1]
     if kind == CAPSULE:
         count = max(2, math.ceil(size[1] / size[0]))
         heights = size[1] * np.linspace(-1, 1, count)
         centers = np.column_stack([np.zeros(count), np.zeros(count), heights])
-        return centers, math.hypot(size[0], size[1] / (count - 1)), float(size[0])
+        return centers, math.hypot(size[0], size[1] / (count - 1)), np.full(count, size[0])
     half = np.array([size[0], size[0], size[1]]) if kind == CYLINDER else size
     side = max(2 * half.min(), _LEAST_SIDE)
     counts = np.maximum(np.ceil(2 * half / (1.2 * side)).astype(int), 1)
     axes = [h * (2 * np.arange(n) + 1 - n) / n for h, n in zip(half, counts, strict=True)]
     centers = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
-    if kind == CYLINDER:  # bricks at the corners of the box reach outside
-        across = np.linalg.norm(centers[:, :2], axis=1)
-        inner = size[0] - (half / counts)[0]
-        centers[across > inner, :2] *= (inner / across[across > inner])[:, None]
-    return centers, float(np.linalg.norm(half / counts)), float((half / counts).min())
+    insides = np.full(len(centers), (half / counts).min())
+    if kind == CYLINDER:  # bricks at the corners of its box reach outside
+        insides = np.clip(size[0] - np.linalg.norm(centers[:, :2], axis=1), 0.0, insides)
+    return centers, float(np.linalg.norm(half / counts)), insides
 
 
 def shape_mesh(kind: int, size: NDArray[np.float64]) -> trimesh.Trimesh:

@@ -74,12 +74,10 @@ def _sweep(points, normals, origin, cell, nearest, values):
                 y = b if dy > 0 else ny - 1 - b
                 for c in range(nz):
                     z = c if dz > 0 else nz - 1 - c
-                    if 0 <= x - dx < nx:
-                        _offer(points, origin, cell, nearest, values, x, y, z, nearest[x - dx, y, z])
-                    if 0 <= y - dy < ny:
-                        _offer(points, origin, cell, nearest, values, x, y, z, nearest[x, y - dy, z])
-                    if 0 <= z - dz < nz:
-                        _offer(points, origin, cell, nearest, values, x, y, z, nearest[x, y, z - dz])
+                    for back in range(1, 8):  # the neighbours behind, straight and diagonal
+                        u, v, w = x - dx * (back % 2), y - dy * (back // 2 % 2), z - dz * (back // 4)
+                        if 0 <= u < nx and 0 <= v < ny and 0 <= w < nz:
+                            _offer(points, origin, cell, nearest, values, x, y, z, nearest[u, v, w])
     for x in range(nx):
         for y in range(ny):
             for z in range(nz):

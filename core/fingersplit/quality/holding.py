@@ -147,7 +147,7 @@ def _cross_matrices(arms: NDArray[np.float64]) -> NDArray[np.float64]:
 
 @kernel
 def _assess(contacts, surface, friction, particular, null, spread, frictions, margins, forces, found, scratches):
-    """Frictions (n, F), margins (n, 6), and the forces (n, F, 3) of the worst direction where any are ``found`` (n,)."""
+    """Frictions (n, F), margins (n, 6), and the worst direction's forces (n, F, 3) where any are ``found`` (n,)."""
     s = scratches[0]
     free = null.shape[2]
     for i in range(len(frictions)):
@@ -199,7 +199,7 @@ def _least_forces(contacts, i, particular, null, frictions, s, forces):
 @kernel
 def _fill_rows(contacts, i, particular, null, frictions, share, s):
     """Inequalities A (y, s) <= b on the forces ``particular`` + ``null`` y of grasp ``i``; their number is returned."""
-    free, row = null.shape[1], 0
+    row = 0
     for f in range(len(frictions)):
         inward = scale(-1.0, get(contacts.normals[i], f))
         first, second = _tangents(inward)

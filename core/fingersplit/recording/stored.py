@@ -7,7 +7,6 @@ import numpy as np
 from fingersplit.hands.hand import load_hand
 from fingersplit.objects.mesh import Mesh
 from fingersplit.recording.picture import GraspView, QualityCurve, draw_grasp
-from fingersplit.splitting.state import QUALITY
 from fingersplit.splitting.trace import PHASE_NAMES
 from fingersplit.transforms import pose_matrix
 
@@ -35,7 +34,7 @@ def draw_stored(traces: Path, mesh: Mesh, rank: int, png: Path) -> None:
             for row in (0, -1)
         ]
         curve = QualityCurve(
-            quality=stored[f"{rank}/scores"][:, QUALITY],
+            quality=stored[f"{rank}/scores"][:, 0],
             phases=[PHASE_NAMES[phase] for phase in stored[f"{rank}/phases"]],
             residual=stored[f"{rank}/residuals"].max(axis=1),
         )

@@ -20,6 +20,8 @@ __all__ = ["add_penalty_gradient", "penalty"]
 def penalty(hand, settings, state):
     """Sum of all potentials of an evaluated state, in the unit of Q."""
     total = 0.0
+    if not settings.potentials:
+        return total
     for shape in range(hand.shape_count):
         total += settings.clearance_weight * _clearance_hinge(hand, settings, state, shape) ** 2
     for finger in range(hand.finger_count):
@@ -35,6 +37,8 @@ def add_penalty_gradient(hand, settings, state, center, work):
 
     The twist is the object's body velocity about ``center``, linear then angular, as in PPO; contacts count as fixed.
     """
+    if not settings.potentials:
+        return
     for shape in range(hand.shape_count):
         hinge = _clearance_hinge(hand, settings, state, shape)
         if hinge > 0.0:

@@ -40,7 +40,6 @@ MAX_PRESHAPES, MAX_STANDOFFS = 8, 16
 
 STATE = np.dtype(
     [
-        *POSE_FIELDS,
         ("contacts", np.float64, (MAX_FINGERS, 3)),
         ("normals", np.float64, (MAX_FINGERS, 3)),
         ("samples", np.int64, MAX_FINGERS),
@@ -54,6 +53,7 @@ STATE = np.dtype(
         ("hand_quality", np.float64),
         ("penetration", np.float64),
         ("merit", np.float64),
+        *POSE_FIELDS,  # last: numba takes a record for a kind of any other that it begins with
     ],
     align=True,
 )

@@ -88,15 +88,13 @@ def _open_and_retreat(problem, states, backwards, work):
     """Open the fingers as far as nothing touches, then back the palm off; whether all of it was free."""
     hand, state = problem.hand, states[0]
     pushes = OPENING_STEP * state.normals[: hand.finger_count]
-    opened = 0
-    for _ in range(OPENING_STEPS):
+    for opened in range(OPENING_STEPS):
         joints = state.joints.copy()
         _push_pads(hand, states, pushes, work)
         if opened >= LEAST_OPENING and _touches(problem, state, work):
             state.joints[:] = joints
             move_fingers(hand, state)
             break
-        opened += 1
     free = not _touches(problem, state, work)
     for _ in range(RETREAT_STEPS):
         for k in range(3):
