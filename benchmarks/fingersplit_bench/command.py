@@ -3,6 +3,7 @@
 import json
 import os
 from pathlib import Path
+from time import perf_counter, process_time
 from typing import Annotated
 
 import typer
@@ -43,11 +44,14 @@ def bench(
 
     names = chosen_sections(only or [])
     objects = benchmark_objects(objects_folder)
-    machine, run = describe_machine(), {"objects": len(objects), "starts": starts, "repeats": repeats}
+    machine = describe_machine()
+    run: dict[str, float] = {"objects": len(objects), "starts": starts, "repeats": repeats}
     report.mkdir(parents=True, exist_ok=True)
+    began, used = perf_counter(), process_time()
     with Console(stderr=True).status("starting") as status:
         suite = Bench(objects, load_hand("barrett"), report, repeats, starts, note=status.update)
         chapters, left_out = run_sections(suite, names, required=only is not None)
+    run["cpu_share"] = round((process_time() - used) / (perf_counter() - began), 2)
     document = json.dumps(to_document(machine, run, chapters, left_out), indent=2) + "\n"
     text = to_markdown(machine, run, chapters, left_out)
     (report / "report.md").write_text(text)

@@ -66,7 +66,8 @@ def _machine_text(machine: dict[str, Any], run: dict[str, Any]) -> str:
         f"{machine['cpu']}; {machine['cores']} cores, load {machine['load_average']} when the run began; "
         f"{machine['system']}; Python {machine['python']}; {versions}.\n\n"
         f"{run['objects']} objects, {run['starts']} starts a plan, {run['repeats']} repeats; warm kernels, one thread "
-        "where nothing else is said, wall times."
+        f"where nothing else is said, wall times. The process had {run['cpu_share']:.0%} of a core; what is well "
+        "below one went to others, and the times are longer by as much."
     )
 
 

@@ -53,6 +53,7 @@ def test_json_has_every_figure_of_the_sections(finished, folder):
     for figure in document["figures"].values():
         assert figure["low"] <= figure["high"]
         assert figure["runs"] >= 1
+    assert document["run"].pop("cpu_share") > 0
     assert document["run"] == {"objects": 2, "starts": 4, "repeats": 1}
     assert {"two_threads", "ratio"} <= set(document["figures"]["starts_per_second"]["beside"])
     assert {"ipopt_q", "default_q", "paper_q"} <= set(document["figures"]["ipopt_ratio"]["beside"])

@@ -20,7 +20,7 @@ MACHINE = {
     "python": "3.11",
     "versions": {"numpy": "2.1", "casadi": None},
 }
-RUN = {"objects": 2, "starts": 8, "repeats": 1}
+RUN = {"objects": 2, "starts": 8, "repeats": 1, "cpu_share": 0.5}
 
 
 def run_row(**changes: float) -> dict:
@@ -105,6 +105,7 @@ def test_report_has_a_row_for_every_figure_and_a_chapter_for_every_section():
     text = to_markdown(MACHINE, RUN, chapters, left_out)
     assert "Abacus 3000; 2 cores" in text
     assert "numpy 2.1" in text
+    assert "50% of a core" in text
     assert "casadi None" not in text
     assert cells(text, "`paper_run_ms`")[1:] == [
         "**1** ms", "median", "0.95 to 1.05 (2)", FIGURES["paper_run_ms"], "One run. Other way 2,346."
