@@ -45,16 +45,16 @@ class CaseRuns:
         return median(1e3 * run.seconds[-1] for run in self.successes(fidelity))
 
     def us_per_iteration(self, fidelity: str) -> float:
-        """Time in the stages of CPO and PPO over the number of tangent searches [us]."""
-        runs = self.runs(fidelity)
-        searches = sum(int(run.outcome.cpo + run.outcome.ppo) for run in runs)
-        return 1e6 * sum(sum(run.seconds[:6]) for run in runs) / searches
+        """Time in the stages of CPO and PPO over the number of tangent searches, median over the runs [us]."""
+        return median(
+            1e6 * sum(run.seconds[:6]) / int(run.outcome.cpo + run.outcome.ppo) for run in self.runs(fidelity)
+        )
 
     def stage_ms(self, fidelity: str, phase: str) -> list[float]:
-        """Mean time of a successful run in each of ``STAGES``, in ``"CPO"`` or ``"PPO"`` [ms]."""
+        """Median time of a successful run in each of ``STAGES``, in ``"CPO"`` or ``"PPO"`` [ms]."""
         first = 0 if phase == "CPO" else len(STAGES)
         runs = self.successes(fidelity)
-        return [1e3 * mean(run.seconds[first + stage] for run in runs) for stage in range(len(STAGES))]
+        return [1e3 * median(run.seconds[first + stage] for run in runs) for stage in range(len(STAGES))]
 
     def paired_quality(self) -> list[tuple[float, float]]:
         """Final Q at paper and default fidelity of every start from which both end in a feasible grasp."""
@@ -189,8 +189,8 @@ def _text(rows: list[dict[str, Any]], profiles: list[dict[str, NDArray[np.float6
             "mapping to the hand are not part of a run, here as in the paper.",
             "### Table II: time by stage",
             table_two(rows),
-            "Means over the successful runs of a case, then over the cases. The total of a run also holds the last "
-            "pull to the surface and the check against the triangles, which the stages do not.",
+            "Medians over the successful runs of a case, their mean over the cases; totals add them up. The total "
+            "of a run also holds the last pull to the surface and the check against the triangles, which the stages do not.",
             "### Quality during one splitting",
             "![Quality against iteration](quality_profile.png)",
             "The feasible run of the case whose Q rises most at paper fidelity, and the run from the same start at "

@@ -64,7 +64,7 @@ def gain_table(profiles: Sequence[Mapping[str, NDArray[np.float64]]]) -> str:
 
 
 def table_two(rows: list[dict[str, Any]]) -> str:
-    """Markdown of Table II: mean time of a run by stage over the cases, both fidelities, and as published."""
+    """Markdown of Table II: time of a run by stage, mean over the cases, at both fidelities and as published."""
     lines = []
     for fidelity in FIDELITIES:
         stages = {

@@ -5,7 +5,7 @@ import sys
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from statistics import mean, median
-from time import perf_counter
+from time import perf_counter, process_time
 from typing import TypeVar
 
 from fingersplit.objects.mesh import Mesh
@@ -42,6 +42,7 @@ class ObjectSpeed:
         starts_per_second: Finished runs over the time of a long plan, one thread [1/s].
         starts_per_second_on_two: The same with two threads.
         feasible_per_second: Feasible runs over the time of a long plan, one thread [1/s].
+        cpu_share: CPU time over wall time of the long plans on one thread; below 1 others had the rest.
         ferrari_canny: Of the best-ranked grasp, 0 when none is feasible.
     """
 
@@ -54,6 +55,7 @@ class ObjectSpeed:
     starts_per_second: float
     starts_per_second_on_two: float
     feasible_per_second: float
+    cpu_share: float
     ferrari_canny: float
 
 
@@ -81,12 +83,14 @@ def _measure_object(bench: Bench, model: ObjectModel) -> ObjectSpeed:
     bench.note(f"planning for {model.name}")
     hand, many = bench.hand, LONG_PLAN * bench.starts
     warm_up(model, hand)
-    plans, seconds, alone, together = [], [], [], []
+    plans, seconds, alone, shares, together = [], [], [], [], []
     for _ in range(bench.repeats):
         took, result = _timed(lambda: plan_once(model, hand, starts=bench.starts))
         plans.append(result)
         seconds.append(took)
+        cpu = process_time()
         took, result = _timed(lambda: plan_once(model, hand, starts=many))
+        shares.append((process_time() - cpu) / took)
         alone.append((len(result.runs) / took, result.feasible / took))
         took, result = _timed(lambda: plan_once(model, hand, starts=many, threads=2))
         together.append(len(result.runs) / took)
@@ -101,6 +105,7 @@ def _measure_object(bench: Bench, model: ObjectModel) -> ObjectSpeed:
         starts_per_second=median(rate for rate, _ in alone),
         starts_per_second_on_two=median(together),
         feasible_per_second=median(rate for _, rate in alone),
+        cpu_share=median(shares),
         ferrari_canny=result.grasps[0].metrics.ferrari_canny if result.feasible else 0.0,
     )
 
@@ -120,6 +125,7 @@ def _throughput(speeds: list[ObjectSpeed], starts: int) -> dict[str, Figure]:
             alone,
             "1/s",
             "Finished runs over the time of a whole long plan, one thread, over the objects.",
+            per_cpu_second=median(speed.starts_per_second / speed.cpu_share for speed in speeds),
             two_threads=median(together),
             ratio=median(two / one for one, two in zip(alone, together, strict=True) if one > 0),
         ),
@@ -127,6 +133,7 @@ def _throughput(speeds: list[ObjectSpeed], starts: int) -> dict[str, Figure]:
             Figure.of(feasible, "1/s", "Feasible grasps over the time of a long plan, one thread, over the objects."),
             value=mean(feasible),
             center="mean",
+            beside={"per_cpu_second": mean(speed.feasible_per_second / speed.cpu_share for speed in speeds)},
         ),
         "best_of_64_ms": Figure.of(
             [speed.plan_ms for speed in speeds],
