@@ -19,7 +19,7 @@ from fingersplit.objects.mesh import Mesh
 from fingersplit.recording.raycast import Camera, Layer, render, unobstructed
 from fingersplit.transforms import transform_points
 
-__all__ = ["GraspView", "PosableHand", "QualityCurve", "draw_grasp"]
+__all__ = ["GraspView", "PosableHand", "QualityCurve", "draw_grasp", "shade_phases"]
 
 OBJECT_RGBA = (0.36, 0.55, 0.78, 0.45)
 PALM_GREY, LINK_GREYS = 0.28, (0.66, 0.52, 0.6)
@@ -130,12 +130,7 @@ def _camera(scenes: Sequence[list[Layer]], states: tuple[GraspView, GraspView]) 
 def _draw_curve(axes: Axes, curve: QualityCurve) -> None:
     """Q over the states with CPO and PPO shaded, the residual as a thin line on its own scale."""
     steps = np.arange(len(curve.quality))
-    row = 0
-    for phase, group in groupby(curve.phases):
-        count = len(list(group))
-        if phase in PHASE_COLORS:
-            axes.axvspan(row - 0.5, row + count - 0.5, color=PHASE_COLORS[phase], alpha=0.45, lw=0)
-        row += count
+    patches = shade_phases(axes, curve.phases)
     (quality,) = axes.plot(steps, curve.quality, color="#c1121f", lw=2, label="quality Q")
     axes.set(xlabel="accepted iteration", ylabel="quality Q", xlim=(-0.5, max(len(steps) - 0.5, 0.5)))
     axes.set_title("quality")
@@ -144,5 +139,15 @@ def _draw_curve(axes: Axes, curve: QualityCurve) -> None:
     (residual,) = gaps.plot(steps, 1e3 * curve.residual, color="#555555", lw=0.9, ls="--", label="largest gap")
     gaps.set_ylabel("largest gap between pad and surface [mm]", color="#555555")
     gaps.set_ylim(bottom=0)
-    patches = [Patch(color=color, alpha=0.45, label=phase.upper()) for phase, color in PHASE_COLORS.items()]
     axes.legend(handles=[quality, residual, *patches], loc="lower right", framealpha=0.9)
+
+
+def shade_phases(axes: Axes, phases: Sequence[str]) -> list[Patch]:
+    """Shade the states of CPO and of PPO, one state a unit along x, and return the entries for a legend."""
+    row = 0
+    for phase, group in groupby(phases):
+        count = len(list(group))
+        if phase in PHASE_COLORS:
+            axes.axvspan(row - 0.5, row + count - 0.5, color=PHASE_COLORS[phase], alpha=0.45, lw=0)
+        row += count
+    return [Patch(color=color, alpha=0.45, label=phase.upper()) for phase, color in PHASE_COLORS.items()]
