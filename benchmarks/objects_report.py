@@ -13,9 +13,9 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
+from benchmarks.objects import benchmark_objects
 from numpy.typing import NDArray
 
-from benchmarks.objects import benchmark_objects
 from fingersplit.objects.cache import ContentCache
 from fingersplit.objects.mesh import Mesh
 from fingersplit.objects.model import ObjectModel, prepare_object

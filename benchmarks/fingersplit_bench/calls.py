@@ -1,13 +1,16 @@
 """How the benchmarks call the planner: the one place that knows its arguments."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from fingersplit.hands.hand import Hand
 from fingersplit.objects.model import ObjectModel
 from fingersplit.parallel_grasps.antipodal import sample_antipodal
 from fingersplit.parallel_grasps.parallel_grasp import ParallelGrasp
+from fingersplit.parallel_grasps.sources import APPROACHES
 from fingersplit.plan import Plan
-from fingersplit.planning import APPROACHES, plan
+from fingersplit.planning import plan
 from fingersplit.splitting.run import Run
 from fingersplit.splitting.settings import PlannerSettings
 
@@ -25,7 +28,7 @@ def settings_of(fidelity: str) -> PlannerSettings:
 def plan_once(
     model: ObjectModel,
     hand: Hand,
-    grasps: list[ParallelGrasp] | None = None,
+    grasps: Sequence[ParallelGrasp] | None = None,
     *,
     fidelity: str = "default",
     starts: int = 64,
@@ -51,7 +54,7 @@ def warm_up(model: ObjectModel, hand: Hand) -> None:
         plan_once(model, hand, fidelity=fidelity, starts=2)
 
 
-def antipodal_grasps(model: ObjectModel, hand: Hand, pairs: int) -> list[ParallelGrasp]:
+def antipodal_grasps(model: ObjectModel, hand: Hand, pairs: int) -> Sequence[ParallelGrasp]:
     """Parallel grasps as ``plan`` finds them, from ``pairs`` pairs of contacts."""
     return sample_antipodal(
         model,

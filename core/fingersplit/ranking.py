@@ -23,7 +23,7 @@ SAME_POSITION, SAME_ROTATION = 5e-3, 0.1
 
 
 def rank_runs(
-    model: ObjectModel, runs: Sequence[Run], top_k: int, settings: PlannerSettings
+    model: ObjectModel, runs: Sequence[Run], top_k: int, settings: PlannerSettings, threads: int = 1
 ) -> tuple[PlannedGrasp, ...]:
     """The best ``top_k`` runs that are not nearly a better one, with metrics, forces and surroundings.
 
@@ -32,7 +32,9 @@ def rank_runs(
     """
     if not runs:
         return ()
-    holdings = assess_holding(_contacts(runs), model.surface, settings.friction, model.mass, model.center_of_mass)
+    holdings = assess_holding(
+        _contacts(runs), model.surface, settings.friction, model.mass, model.center_of_mass, threads
+    )
     order = sorted(
         range(len(runs)),
         key=lambda i: (runs[i].outcome.violations, -holdings[i].margin, -runs[i].last.quality),

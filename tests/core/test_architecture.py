@@ -17,7 +17,7 @@ PACKAGES = {
 
 # Rooms from the ground up; a file imports from its own room and from lower floors only.
 FLOORS = (
-    {"errors", "compilation"},
+    {"errors", "compilation", "threads"},
     {"transforms", "vectors"},
     {"hands", "objects"},
     {"grasp"},
