@@ -14,7 +14,8 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from fingersplit.errors import FingersplitError, ParallelGraspError, SettingsError
+from fingersplit.errors import FingersplitError, ParallelGraspError
+from fingersplit.recording.commands import record, review, setup_viewer
 
 __all__ = ["main"]
 
@@ -53,6 +54,9 @@ def plan(
         Path | None, typer.Option("--json", help="Write the result document here; - for standard output.")
     ] = None,
     picture: Annotated[Path | None, typer.Option(help="Write a PNG of the best grasp here.")] = None,
+    recording: Annotated[
+        Path | None, typer.Option(help="Record how the best grasp came about here, .rrd; see `fingersplit review`.")
+    ] = None,
 ) -> None:
     """Plan grasps for a mesh and print them, best first."""
     from fingersplit.hands.hand import load_hand
@@ -62,7 +66,7 @@ def plan(
     from fingersplit.planning import plan as plan_grasps
     from fingersplit.splitting.settings import PlannerSettings
 
-    settings = PlannerSettings.from_document(_named_values(setting or []))
+    settings = PlannerSettings.from_pairs(setting or [])
     grasps = None
     if parallel_grasps is not None:
         grasps = [ParallelGrasp.from_document(document) for document in _json_list(parallel_grasps)]
@@ -78,6 +82,9 @@ def plan(
         if picture is not None:
             report("drawing", 0.0)
             _draw(result, picture)
+        if recording is not None and result.grasps:
+            report("recording", 0.0)
+            _record(result, recording)
     to_stdout = json_file is not None and str(json_file) == "-"
     if to_stdout:
         typer.echo(json.dumps(document, indent=2))
@@ -107,6 +114,11 @@ def warm() -> None:
     for name in available_hands():
         with Console(stderr=True).status(f"compiling the kernels for {name} (about a minute with an empty cache)"):
             compile_kernels(load_hand(name))
+
+
+app.command()(record)
+app.command()(review)
+app.command()(setup_viewer)
 
 
 def main() -> None:
@@ -146,6 +158,12 @@ def _draw(result: Any, picture: Path) -> None:
         draw_stored(traces, result.model.mesh, 1, picture)
 
 
+def _record(result: Any, recording: Path) -> None:
+    from fingersplit.recording.run_recording import record_run
+
+    record_run(recording, result.model, result.hand, result.grasps[0])
+
+
 def _table(document: dict[str, Any]) -> Table:
     table = Table(
         title=f"{document['object']['name']}, {document['hand']}",
@@ -168,19 +186,6 @@ def _table(document: dict[str, Any]) -> Table:
             grasp["termination"].replace("_", " "),
         )
     return table
-
-
-def _named_values(pairs: list[str]) -> dict[str, Any]:
-    values = {}
-    for pair in pairs:
-        name, separator, text = pair.partition("=")
-        try:
-            values[name] = json.loads(text)
-        except json.JSONDecodeError:
-            separator = ""
-        if not separator:
-            raise SettingsError(f"Setting {pair!r} is not NAME=VALUE with a number, true or false.")
-    return values
 
 
 def _json_list(path: Path) -> list[dict[str, Any]]:

@@ -2,7 +2,15 @@
 
 from collections.abc import Iterable
 
-__all__ = ["FingersplitError", "MeshError", "ParallelGraspError", "SettingsError", "UnknownHandError"]
+__all__ = [
+    "FingersplitError",
+    "MeshError",
+    "ParallelGraspError",
+    "ResultError",
+    "SettingsError",
+    "UnknownHandError",
+    "ViewerError",
+]
 
 
 class FingersplitError(Exception):
@@ -43,3 +51,11 @@ class ParallelGraspError(FingersplitError):
 
 class SettingsError(FingersplitError):
     """An unknown planner setting, or a value outside its range."""
+
+
+class ResultError(FingersplitError):
+    """A stored result that is none, or that does not come out again."""
+
+
+class ViewerError(FingersplitError):
+    """The viewer of recordings cannot be set up or started."""

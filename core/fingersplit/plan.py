@@ -1,5 +1,6 @@
 """The answer to a planning request: ranked grasps, and the document that states them."""
 
+import json
 from collections import Counter
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -94,7 +95,7 @@ class Plan:
         return sum(run.feasible for run in self.runs)
 
     def save_traces(self, path: Path) -> None:
-        """Write what a picture of any ranked grasp needs, as an .npz file of arrays named ``<rank>/<column>``."""
+        """Write what pictures and recordings of the ranked grasps need: an .npz of arrays named ``<rank>/<column>``."""
         arrays: dict[str, NDArray[Any]] = {}
         for grasp in self.grasps:
             for column in fields(grasp.run.trace):
@@ -103,6 +104,7 @@ class Plan:
                 grasp.run.termination.label.replace("_", " "),
                 "feasible" if grasp.run.feasible else "not feasible",
             )
+            arrays[f"{grasp.rank}/document"] = np.array(json.dumps(grasp.to_document(self.hand)))
             arrays[f"{grasp.rank}/title"] = np.array(
                 f"{self.model.name}, {self.hand.name} hand, rank {grasp.rank}: {verdict}, {end}"
             )

@@ -24,7 +24,8 @@ FLOORS = (
     {"splitting"},
     {"plan"},
     {"ranking"},
-    {"planning", "recording"},
+    {"planning"},
+    {"recording"},
     {"warming"},
     {"cli"},
 )

@@ -97,13 +97,14 @@ class Hand:
         pose = self.pose(joints)
         place_shapes(self.arrays, pose)
         meshes = []
-        for k, (name, mesh) in enumerate(zip(self.shape_names, self._shape_meshes, strict=True)):
+        for k, (name, mesh) in enumerate(zip(self.shape_names, self.shape_meshes, strict=True)):
             palm_from_shape = pose_matrix(pose.shape_rotations[k], pose.shape_positions[k])
             meshes.append((name, transform_points(palm_from_shape, mesh.vertices), np.asarray(mesh.faces)))
         return meshes
 
     @cached_property
-    def _shape_meshes(self) -> list[trimesh.Trimesh]:
+    def shape_meshes(self) -> list[trimesh.Trimesh]:
+        """Every collision primitive as a closed mesh in its own frame, for drawing."""
         return [
             shape_mesh(kind, size) for kind, size in zip(self.arrays.shape_kinds, self.arrays.shape_sizes, strict=True)
         ]

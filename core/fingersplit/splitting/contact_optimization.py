@@ -8,7 +8,7 @@ from fingersplit.quality.objective import manipulability_gradient, object_qualit
 from fingersplit.splitting.acceptance import CONTINUE, REACHED_ITERATION_LIMIT, judge, judge_collision
 from fingersplit.splitting.clock import seconds
 from fingersplit.splitting.state import QUALITY, attach_contacts, copy_state, evaluate, place_hand
-from fingersplit.splitting.trace import CPO, record
+from fingersplit.splitting.trace import CPO, record, record_contact_steps
 from fingersplit.splitting.tracking import STATIONARY, at_limit, track
 from fingersplit.vectors import add, get, scale, solve_positive_definite, subtract
 
@@ -52,6 +52,7 @@ def optimize_contacts(problem, state, candidate, trial, work, trace):
             return verdict, iteration
         copy_state(state, candidate)  # line 9
         record(trace, CPO, state)
+        record_contact_steps(trace, work.contact_step)
     return REACHED_ITERATION_LIMIT, settings.max_inner_iterations
 
 

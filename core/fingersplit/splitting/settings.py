@@ -1,7 +1,9 @@
 """What a caller may tune, with the paper's values as defaults."""
 
+import json
 import math
 from collections import namedtuple
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, fields
 from typing import Any, Self
 
@@ -67,6 +69,22 @@ class PlannerSettings:
         if unknown:
             raise SettingsError(f"Unknown planner setting {unknown[0]!r}; known: {', '.join(known)}.")
         return cls(**document)
+
+    @classmethod
+    def from_pairs(cls, pairs: Sequence[str]) -> Self:
+        """Settings from texts such as ``friction=0.4``.
+
+        Raises:
+            SettingsError: As ``from_document``, or a text that is no pair.
+        """
+        values = {}
+        for pair in pairs:
+            name, _, text = pair.partition("=")
+            try:
+                values[name] = json.loads(text)
+            except json.JSONDecodeError:
+                raise SettingsError(f"Setting {pair!r} is not NAME=VALUE with a number, true or false.") from None
+        return cls.from_document(values)
 
     def for_kernels(self) -> "KernelSettings":
         """The same values as the tuple that compiled code reads."""

@@ -9,7 +9,18 @@ from numpy.typing import NDArray
 from fingersplit.compilation import kernel
 from fingersplit.transforms import pose_matrix
 
-__all__ = ["CPO", "MAP", "PHASE_NAMES", "PPO", "SETTLE", "Trace", "TraceArrays", "new_trace", "record"]
+__all__ = [
+    "CPO",
+    "MAP",
+    "PHASE_NAMES",
+    "PPO",
+    "SETTLE",
+    "Trace",
+    "TraceArrays",
+    "new_trace",
+    "record",
+    "record_contact_steps",
+]
 
 MAP, CPO, PPO, SETTLE = range(4)
 PHASE_NAMES = ("map", "cpo", "ppo", "settle")
@@ -28,6 +39,7 @@ class TraceArrays(NamedTuple):
     residuals: NDArray[np.float64]
     pad_angles: NDArray[np.float64]
     scores: NDArray[np.float64]
+    contact_steps: NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,6 +56,8 @@ class Trace:
         residuals: Fingertip to contact, (T, F) [m].
         pad_angles: Pad normal to inward surface normal, (T, F) [rad].
         scores: Q, w1 Q_o, w2 Q_h, penetration [m], (T, 4).
+        contact_steps: Full tangent step d_c of the contacts that CPO took from the state before, Algorithm 1 line 3 of
+            [Fan2018]; zero after any other phase, (T, F, 3) [m].
     """
 
     phases: NDArray[np.int64]
@@ -55,6 +69,7 @@ class Trace:
     residuals: NDArray[np.float64]
     pad_angles: NDArray[np.float64]
     scores: NDArray[np.float64]
+    contact_steps: NDArray[np.float64]
 
     @classmethod
     def from_arrays(cls, arrays: TraceArrays) -> Self:
@@ -87,6 +102,7 @@ def new_trace(capacity: int, fingers: int, joints: int) -> TraceArrays:
         residuals=np.zeros((capacity, fingers)),
         pad_angles=np.zeros((capacity, fingers)),
         scores=np.zeros((capacity, 4)),
+        contact_steps=np.zeros((capacity, fingers, 3)),
     )
 
 
@@ -104,3 +120,9 @@ def record(trace, phase, state):
     trace.pad_angles[row] = state.pad_angles
     trace.scores[row] = state.scores
     trace.length[0] = row + 1
+
+
+@kernel
+def record_contact_steps(trace, contact_steps):
+    """Add to the last state the tangent step that led to it."""
+    trace.contact_steps[trace.length[0] - 1] = contact_steps

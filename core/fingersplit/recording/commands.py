@@ -1,0 +1,63 @@
+"""Subcommands about recordings: make one from a stored result, look at one, set up the viewer of the web pages."""
+
+import subprocess
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from fingersplit.errors import ViewerError
+
+__all__ = ["record", "review", "setup_viewer"]
+
+
+def record(
+    result: Annotated[Path, typer.Argument(help="Result document, JSON.", exists=True, dir_okay=False)],
+    mesh: Annotated[Path, typer.Argument(help="Mesh it was planned for.", exists=True, dir_okay=False)],
+    unit: Annotated[str, typer.Option(help="Unit of the mesh: m, mm, cm or in.")] = "m",
+    rank: Annotated[int, typer.Option(help="Rank of the grasp to record.", min=1)] = 1,
+    setting: Annotated[
+        list[str] | None, typer.Option(help="Planner setting it was planned with, as NAME=VALUE; repeatable.")
+    ] = None,
+    output: Annotated[
+        Path | None, typer.Option(help="Recording to write.", show_default="RESULT with the suffix .rrd")
+    ] = None,
+) -> None:
+    """Record a stored grasp: its run is repeated from its parallel grasp, and must end in the same grasp."""
+    from fingersplit.hands.hand import load_hand
+    from fingersplit.objects.intake import load_mesh
+    from fingersplit.objects.model import prepare_object
+    from fingersplit.recording.recorded_run import RecordedRun
+    from fingersplit.recording.replay import read_result, replay
+    from fingersplit.recording.run_recording import write_recording
+    from fingersplit.splitting.settings import PlannerSettings
+
+    document = read_result(result)
+    settings = PlannerSettings.from_pairs(setting or [])
+    hand = load_hand(document["hand"])
+    model = prepare_object(load_mesh(mesh, unit)[0], document["object"]["name"])
+    grasp = replay(document, rank, model, hand, settings)
+    run = RecordedRun.from_planned(grasp, hand)
+    path = output or result.with_suffix(".rrd")
+    write_recording(path, model, hand, run, settings.friction)
+    typer.echo(f"{path}: {len(run.trace)} states, {path.stat().st_size / 1e6:.1f} MB")
+
+
+def review(
+    recording: Annotated[Path, typer.Argument(help="Recording, .rrd.", exists=True, dir_okay=False)],
+) -> None:
+    """Open a recording in rerun's viewer; without a display, look at it in the browser under /review."""
+    viewer = subprocess.run([sys.executable, "-m", "rerun_cli", str(recording)], check=False)
+    if viewer.returncode != 0:
+        raise ViewerError(
+            f"rerun's viewer ended with code {viewer.returncode}; it needs a display. "
+            f"`fingersplit serve` shows recordings in the browser, under /review."
+        )
+
+
+def setup_viewer() -> None:
+    """Take the browser's viewer out of the installed rerun package; a few seconds, once a version."""
+    from fingersplit.recording.viewer_assets import set_up_viewer
+
+    typer.echo(f"The viewer is in {set_up_viewer()}.")
