@@ -124,7 +124,11 @@ app.command()(setup_viewer)
 def main() -> None:
     """Run the program; bad input ends with one sentence on standard error and exit code 2."""
     for entry in entry_points(group="fingersplit.commands"):
-        app.command(entry.name)(entry.load())
+        command = entry.load()
+        if isinstance(command, typer.Typer):
+            app.add_typer(command, name=entry.name)
+        else:
+            app.command(entry.name)(command)
     try:
         app()
     except FingersplitError as error:

@@ -5,7 +5,18 @@ the frame of the uploaded mesh; quaternions are ``wxyz``. Surface normals point 
 """
 
 from fingersplit_client.schemas.base import Document, Quaternion, Unit, Vector3
-from fingersplit_client.schemas.jobs import Job, JobCreate, JobError, JobState, JobSummary
+from fingersplit_client.schemas.jobs import (
+    Batch,
+    BatchCreate,
+    GraspVerification,
+    Job,
+    JobCreate,
+    JobError,
+    JobPage,
+    JobState,
+    JobSummary,
+    JobVerification,
+)
 from fingersplit_client.schemas.plan import (
     Contact,
     Grasp,
@@ -29,14 +40,24 @@ from fingersplit_client.schemas.resources import (
     Health,
     IntakeReport,
     ObjectInfo,
+    ObjectPage,
+    ParallelGraspsCreate,
+    ParallelGraspSet,
+    ParallelGraspSetInfo,
+    ParallelGraspsGenerate,
     Readiness,
+    SessionCreate,
+    SessionInfo,
 )
 
 __all__ = [
+    "Batch",
+    "BatchCreate",
     "Contact",
     "Document",
     "Grasp",
     "GraspTimings",
+    "GraspVerification",
     "HandFinger",
     "HandInfo",
     "HandJoint",
@@ -48,12 +69,19 @@ __all__ = [
     "Job",
     "JobCreate",
     "JobError",
+    "JobPage",
     "JobState",
     "JobSummary",
+    "JobVerification",
     "Metrics",
     "ObjectInfo",
+    "ObjectPage",
     "Palm",
     "ParallelGrasp",
+    "ParallelGraspSet",
+    "ParallelGraspSetInfo",
+    "ParallelGraspsCreate",
+    "ParallelGraspsGenerate",
     "PlanResult",
     "PlanSummary",
     "PlanTimings",
@@ -61,6 +89,8 @@ __all__ = [
     "Problem",
     "Quaternion",
     "Readiness",
+    "SessionCreate",
+    "SessionInfo",
     "Termination",
     "Unit",
     "Vector3",
