@@ -13,6 +13,7 @@ from fingersplit.hands.hand import Hand
 from fingersplit.objects.model import ObjectModel
 from fingersplit.quality.assessment import Metrics
 from fingersplit.splitting.starts import Run
+from fingersplit.splitting.trace import PHASE_NAMES
 
 __all__ = ["Plan", "PlannedGrasp"]
 
@@ -108,7 +109,8 @@ class Plan:
             arrays[f"{grasp.rank}/title"] = np.array(
                 f"{self.model.name}, {self.hand.name} hand, rank {grasp.rank}: {verdict}, {end}"
             )
-        np.savez_compressed(path, hand=np.array(self.hand.name), allow_pickle=False, **arrays)
+        names = {"hand": np.array(self.hand.name), "phase_names": np.array(PHASE_NAMES)}
+        np.savez_compressed(path, allow_pickle=False, **names, **arrays)
 
     def to_document(self) -> dict[str, Any]:
         """The result document: plain JSON data, SI units, object frame, quaternions wxyz.

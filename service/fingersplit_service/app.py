@@ -21,6 +21,7 @@ from fingersplit_service.jobs.tasks import Tasks
 from fingersplit_service.openapi import DESCRIPTION, TAGS, describe
 from fingersplit_service.operations.metrics import Metrics
 from fingersplit_service.problems import add_problem_handlers
+from fingersplit_service.review import pages, viewer, views
 from fingersplit_service.runtime import running
 from fingersplit_service.security.body_limit import BodyLimit
 from fingersplit_service.security.guard import Guard
@@ -60,8 +61,10 @@ def create_app(settings: ServiceSettings | None = None, tasks: Tasks | None = No
         lifespan=lifespan,
         redoc_url=None,
     )
-    for resource in (objects, parallel_grasps, jobs, grasps, events, batches, hands, sessions, health):
+    for resource in (objects, parallel_grasps, jobs, grasps, views, events, batches, hands, sessions, health):
         app.include_router(resource.router)
+    for part in (pages, viewer):
+        app.include_router(part.router)
     add_problem_handlers(app)
     app.add_middleware(BodyLimit, limit_of=body_limit, timeout_s=chosen.body_timeout_s)
     app.add_middleware(Guard, settings=chosen, metrics=metrics)

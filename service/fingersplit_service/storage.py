@@ -48,10 +48,6 @@ class Storage:
         """All files of a job."""
         return self.root / "jobs" / job_id
 
-    def recording(self, job_id: str, rank: int) -> Path:
-        """The recording of one grasp."""
-        return self.job_folder(job_id) / f"grasp-{rank}.rrd"
-
     def remove_object(self, object_id: str) -> None:
         """Delete an object's files."""
         for path in (self.root / "objects").glob(f"{object_id}.*"):
@@ -72,9 +68,9 @@ class Storage:
         """What a job's planner went through."""
         return self.job_folder(job_id) / "traces.npz"
 
-    def picture(self, job_id: str, rank: int) -> Path:
-        """The picture of one grasp."""
-        return self.job_folder(job_id) / f"grasp-{rank}.png"
+    def view(self, job_id: str, rank: int, name: str) -> Path:
+        """What people look at of one grasp: ``picture.png``, ``recording.rrd`` and the like."""
+        return self.job_folder(job_id) / f"grasp-{rank}-{name}"
 
     def staged(self, suffix: str) -> Path:
         """A name nobody has for an unfinished file."""

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from fingersplit_service.database.queue import Finding
-from fingersplit_service.jobs.tasks import JobOrder, JobOutcome, Tasks, Warmth, export_mesh, inspect_object
+from fingersplit_service.jobs.tasks import JobOrder, JobOutcome, Tasks, ViewOrder, Warmth, export_mesh, inspect_object
 from fingersplit_service.jobs.worker import report_progress
 from fingersplit_service.storage import Storage
 
@@ -79,9 +79,9 @@ def _go(how: int, first: Path, go: Path) -> None:
         time.sleep(0.3)
 
 
-def draw(storage: Storage, job_id: str, object_id: str, rank: int) -> None:
-    with storage.atomic(storage.picture(job_id, rank)) as staged:
-        staged.write_bytes(PICTURE + bytes([rank]))
+def draw(storage: Storage, order: ViewOrder) -> None:
+    with storage.atomic(storage.view(order.job_id, order.rank, order.name)) as staged:
+        staged.write_bytes(PICTURE + bytes([order.rank]) if order.name == "picture.png" else order.name.encode())
 
 
 TASKS = Tasks(warm=warm, inspect=inspect_object, generate=generate, plan=plan, draw=draw, export=export_mesh)

@@ -140,7 +140,7 @@ async def test_an_unknown_job_is_not_found(api):
 async def test_a_picture_is_drawn_once(api):
     job_id = await api.queue(FINE)
     await api.ended(job_id)
-    path = api.app.state.runtime.storage.picture(job_id, 1)
+    path = api.app.state.runtime.storage.view(job_id, 1, "picture.png")
     assert not path.exists()
 
     response = await api.http.get(f"/v1/jobs/{job_id}/grasps/1/picture.png")

@@ -16,6 +16,8 @@ ARROW_LENGTH = 0.06
 """Of the largest contact force of a lift [m]."""
 LEAST_FORCE = 1e-3
 """Smaller contact forces are not drawn [N]."""
+MOST_FRAMES = 500
+"""Of longer simulations every second, third ... frame is recorded."""
 
 
 class Lift:
@@ -41,7 +43,8 @@ class Lift:
     def __init__(self, simulation: Any, hand: Hand) -> None:
         series = (simulation.palm_positions, simulation.joints, simulation.object_positions, simulation.contact_forces)
         finite = np.logical_and.reduce([np.isfinite(one).reshape(len(one), -1).all(axis=1) for one in series])
-        frames = slice(0, len(finite) if finite.all() else int(finite.argmin()))
+        usable = len(finite) if finite.all() else int(finite.argmin())
+        frames = slice(0, usable, -(-usable // MOST_FRAMES) or None)
         self.times: NDArray[np.float64] = simulation.times[frames]
         self.phases = [str(simulation.phase_names[phase]) for phase in simulation.phases[frames]]
         palms = Rotation.from_quat(simulation.palm_wxyz[frames], scalar_first=True)
@@ -57,9 +60,9 @@ class Lift:
         self.slips = np.linalg.norm(in_palm - in_palm[:1], axis=1)
         self.turns = (turned[0].inv() * turned).magnitude()
 
-    def frames_at(self, times: NDArray[np.float64]) -> NDArray[np.int64]:
-        """The last frame at or before each of ``times`` (T,) [s], (T,)."""
-        return np.clip(np.searchsorted(self.times, times + 1e-9, side="right") - 1, 0, len(self.times) - 1)
+    def rows(self, count: int) -> NDArray[np.int64]:
+        """Frames for ``count`` rows: in order, then the last one on and on, (count,)."""
+        return np.minimum(np.arange(count), len(self.times) - 1)
 
 
 def lift_indexes(first_step: int, times: NDArray[np.float64]) -> list[rr.TimeColumn]:

@@ -14,9 +14,9 @@ __all__ = ["draw_moving_picture", "draw_thumbnail"]
 
 THUMBNAIL_SIZE = (192, 144)
 """[pixels]"""
-MOVING_SIZE = (320, 240)
+MOVING_SIZE = (480, 360)
 """[pixels]"""
-FRAMES = 16
+FRAMES = 14
 FRAME_TIME, LAST_FRAME_TIME = 110, 1500
 """[ms]"""
 QUALITY = 82

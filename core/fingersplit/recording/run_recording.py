@@ -108,7 +108,7 @@ def _record_lifts(
     indexes, hands, objects = lift_indexes(first_step, times), [], []
     for name, one, offset in (("split", lift, np.zeros(3)), ("initial", initial, beside)):
         if one is not None:
-            frames = one.frames_at(times)
+            frames = one.rows(len(times))
             hands.append((one.shape_rotations[frames], one.shape_positions[frames]))
             objects.append((one.object_rotations[frames, None], one.object_positions[frames, None]))
             record_lift(stream, name, one, hand, indexes, frames, offset)

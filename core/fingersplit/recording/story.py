@@ -70,7 +70,7 @@ def _verdicts(step: int, run: RecordedRun) -> list[tuple[int, str, str]]:
 
 
 def _verdict(report: dict[str, Any]) -> str:
-    return f"{'held' if report['passed'] else 'not held'} ({report['protocol']}). {report['reason']}".strip()
+    return f"{'held' if report['passed'] else 'not held'} ({report['protocol']}). {report['explanation']}"
 
 
 def _summary(title: str, run: RecordedRun) -> str:

@@ -34,6 +34,7 @@ class JobFilter:
     object_id: str | None = None
     hand: str | None = None
     batch_id: str | None = None
+    object_name: str | None = None
 
     def condition(self, owner: str) -> sa.ColumnElement[bool]:
         """As SQL."""
@@ -41,6 +42,8 @@ class JobFilter:
         conditions = [jobs.c[name] == value for name, value in wanted.items() if value is not None]
         if self.states:
             conditions.append(jobs.c.state.in_(self.states))
+        if self.object_name is not None:
+            conditions.append(jobs.c.object_name.icontains(self.object_name, autoescape=True))
         return sa.and_(jobs.c.owner == owner, *conditions)
 
 

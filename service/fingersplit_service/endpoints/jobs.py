@@ -102,11 +102,14 @@ async def list_jobs(
     object_id: Annotated[str | None, Query(description="Only jobs of this object.", max_length=64)] = None,
     hand: Annotated[str | None, Query(description="Only jobs for this hand.", max_length=64)] = None,
     batch_id: Annotated[str | None, Query(description="Only jobs of this batch.", max_length=64)] = None,
+    object_name: Annotated[
+        str | None, Query(description="Only jobs whose object's name has this in it.", max_length=200)
+    ] = None,
     limit: Limit = 100,
     cursor: Cursor = None,
 ) -> Response:
     """Jobs without requests and results, newest first."""
-    which = JobFilter(tuple(state or ()), object_id, hand, batch_id)
+    which = JobFilter(tuple(state or ()), object_id, hand, batch_id, object_name)
     rows = await runtime.jobs.page(principal.owner, which, place(cursor), limit)
     page = JobPage.model_construct(
         items=[summarize(runtime, row) for row in rows],

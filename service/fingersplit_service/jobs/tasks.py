@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from fingersplit.errors import FingersplitError
 from fingersplit_service.database.queue import Finding
@@ -32,9 +32,11 @@ __all__ = [
     "JobOutcome",
     "PlanTask",
     "Tasks",
+    "ViewName",
+    "ViewOrder",
     "WarmTask",
     "Warmth",
-    "draw_picture",
+    "draw_view",
     "export_mesh",
     "generate_parallel_grasps",
     "inspect_object",
@@ -63,6 +65,22 @@ class JobOrder:
     object_name: str
     request: str
     deadline_s: float
+
+
+ViewName = Literal["picture.png", "thumbnail.webp", "animation.webp", "recording.rrd"]
+"""What can be made of a grasp for people to look at."""
+
+
+@dataclass(frozen=True)
+class ViewOrder:
+    """A view of one grasp for a worker to make; the friction coefficient is that of the planner."""
+
+    name: ViewName
+    job_id: str
+    rank: int
+    object_id: str
+    object_name: str
+    friction: float
 
 
 @dataclass(frozen=True)
@@ -220,12 +238,21 @@ def export_mesh(storage: Storage, object_id: str, file_type: str) -> None:
         _mesh(storage, object_id).trimesh.export(staged, file_type=file_type)
 
 
-def draw_picture(storage: Storage, job_id: str, object_id: str, rank: int) -> None:
-    """Draw one grasp of a job: hand and object at the start and at the end, and the quality curve."""
-    from fingersplit.recording.stored import draw_stored
+def draw_view(storage: Storage, order: ViewOrder) -> None:
+    """Make what somebody wants to look at out of the traces that a job kept."""
+    from fingersplit.recording import stored
 
-    with storage.atomic(storage.picture(job_id, rank)) as staged:
-        draw_stored(storage.traces(job_id), _mesh(storage, object_id), rank, staged)
+    mesh, traces = _mesh(storage, order.object_id), storage.traces(order.job_id)
+    with storage.atomic(storage.view(order.job_id, order.rank, order.name), durable=False) as staged:
+        if order.name == "picture.png":
+            stored.draw_stored(traces, mesh, order.rank, staged)
+        elif order.name == "thumbnail.webp":
+            stored.thumbnail_stored(traces, mesh, order.rank, staged)
+        elif order.name == "animation.webp":
+            stored.animate_stored(traces, mesh, order.rank, staged)
+        else:
+            model = _prepared_object(storage, order.object_id, order.object_name)
+            stored.record_stored(traces, model, order.rank, staged, order.friction)
 
 
 def _mesh(storage: Storage, object_id: str) -> "Mesh":
@@ -248,7 +275,7 @@ WarmTask = Callable[[], Warmth]
 InspectTask = Callable[[Storage, Path, str], dict[str, Any]]
 GenerateTask = Callable[[Storage, str, str, int, int, float], list[dict[str, Any]]]
 PlanTask = Callable[[Storage, JobOrder], JobOutcome]
-DrawTask = Callable[[Storage, str, str, int], None]
+DrawTask = Callable[[Storage, ViewOrder], None]
 ExportTask = Callable[[Storage, str, str], None]
 
 
@@ -260,5 +287,5 @@ class Tasks:
     inspect: InspectTask = inspect_object
     generate: GenerateTask = generate_parallel_grasps
     plan: PlanTask = plan_job
-    draw: DrawTask = draw_picture
+    draw: DrawTask = draw_view
     export: ExportTask = export_mesh

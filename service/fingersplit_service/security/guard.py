@@ -101,9 +101,9 @@ class Guard:
     def _complete(headers: MutableHeaders, path: str, request_id: str) -> None:
         headers["X-Request-ID"] = request_id
         for name, value in _HEADERS.items():
-            headers[name] = value
+            headers.setdefault(name, value)
         if headers.get("content-type", "").startswith("text/html"):
             inline = " 'unsafe-inline'" if path == "/docs" else ""  # FastAPI's page starts its viewer with one
-            headers["Content-Security-Policy"] = _PAGE_POLICY.format(inline=inline)
+            headers.setdefault("Content-Security-Policy", _PAGE_POLICY.format(inline=inline))
         if path.startswith("/v1/"):
             headers.setdefault("Cache-Control", "no-store")

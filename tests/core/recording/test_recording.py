@@ -211,10 +211,10 @@ def test_the_lift_goes_on_after_the_planning_with_both_grasps_side_by_side(plann
     document = RecordedRun.from_planned(grasp, barrett).document
     run = RecordedRun(
         trace=grasp.run.trace,
-        document=document | {"verification": {"passed": True, "protocol": "lift", "reason": "Held."}},
+        document=document | {"verification": {"passed": True, "protocol": "lift", "explanation": "Held."}},
         simulation=simulated(grasp, drops=False),
         initial_simulation=simulated(grasp, drops=True, frames=FRAMES // 2 + 5),
-        initial_report={"passed": False, "protocol": "lift", "reason": "The object slipped."},
+        initial_report={"passed": False, "protocol": "lift", "explanation": "The object slipped."},
     )
     write_recording(path, planned.model, barrett, run)
     recording = Recording(path)

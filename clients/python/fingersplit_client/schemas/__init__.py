@@ -8,6 +8,7 @@ from fingersplit_client.schemas.base import Document, Quaternion, Unit, Vector3
 from fingersplit_client.schemas.jobs import (
     Batch,
     BatchCreate,
+    GraspCurve,
     GraspVerification,
     Job,
     JobCreate,
@@ -56,6 +57,7 @@ __all__ = [
     "Contact",
     "Document",
     "Grasp",
+    "GraspCurve",
     "GraspTimings",
     "GraspVerification",
     "HandFinger",

@@ -11,6 +11,7 @@ from fingersplit_client.schemas.plan import ParallelGrasp, PlanResult
 __all__ = [
     "Batch",
     "BatchCreate",
+    "GraspCurve",
     "GraspVerification",
     "Job",
     "JobCreate",
@@ -145,6 +146,14 @@ class GraspVerification(Document):
 
     rank: int = Field(description="Rank of the grasp.")
     verification: dict[str, JsonValue] = Field(description="Report of its verification.")
+
+
+class GraspCurve(Document):
+    """How one grasp came about: a value for every accepted state of the search, the mapped start first."""
+
+    phases: list[str] = Field(description="What led to the state: map, cpo, ppo or settle.")
+    quality: list[float] = Field(description="The planner's objective Q, no unit.")
+    residual: list[float] = Field(description="Largest distance of a pad from its contact [m].")
 
 
 class JobVerification(Document):

@@ -3,26 +3,28 @@
 import { h, svg } from "./dom.js";
 import { number } from "./format.js";
 
-const SIZE = { width: 720, height: 260, left: 64, right: 12, top: 12, bottom: 34 };
+const NARROW = { width: 560, height: 250, left: 62, right: 12, top: 12, bottom: 38 };
+const WIDE = { ...NARROW, width: 1180, height: 300 };
 const KEYS = ["first", "second"];
 
 // series: [{ name, quality, phases }], at most two; phases are shaded when there is one.
-export function qualityChart(series, label) {
+export function qualityChart(series, label, wide = false) {
+  const size = wide ? WIDE : NARROW;
   const steps = Math.max(...series.map((one) => one.quality.length - 1), 1);
   const values = series.flatMap((one) => one.quality);
   const ticks = niceTicks(Math.min(...values), Math.max(...values));
-  const x = (step) => SIZE.left + (step / steps) * (SIZE.width - SIZE.left - SIZE.right);
+  const x = (step) => size.left + (step / steps) * (size.width - size.left - size.right);
   const span = ticks.at(-1) - ticks[0] || 1;
-  const y = (value) => SIZE.height - SIZE.bottom - ((value - ticks[0]) / span) * (SIZE.height - SIZE.top - SIZE.bottom);
-  const plot = svg("svg", { class: "chart", viewBox: `0 0 ${SIZE.width} ${SIZE.height}`, role: "img", "aria-label": describe(series, label) });
-  if (series.length === 1) plot.append(...phaseBands(series[0].phases, x));
-  plot.append(...axes(ticks, steps, x, y));
+  const y = (value) => size.height - size.bottom - ((value - ticks[0]) / span) * (size.height - size.top - size.bottom);
+  const plot = svg("svg", { class: "chart", viewBox: `0 0 ${size.width} ${size.height}`, role: "img", "aria-label": describe(series, label) });
+  if (series.length === 1) plot.append(...phaseBands(series[0].phases, size, x));
+  plot.append(...axes(ticks, steps, size, x, y));
   series.forEach((one, index) => {
     const points = one.quality.map((value, step) => `${x(step).toFixed(1)},${y(value).toFixed(1)}`).join(" ");
     plot.append(svg("polyline", { class: `line ${KEYS[index]}`, points }));
   });
   const readout = h("p", { class: "readout" });
-  watch(plot, readout, series, steps, x);
+  watch(plot, readout, series, size, steps, x);
   return h("div", {}, plot, legend(series), readout);
 }
 
@@ -31,7 +33,7 @@ function describe(series, label) {
   return `${label}: ${ends.join("; ")}.`;
 }
 
-function phaseBands(phases, x) {
+function phaseBands(phases, size, x) {
   const bands = [];
   phases.forEach((phase, step) => {
     if (step === 0) return;
@@ -40,19 +42,19 @@ function phaseBands(phases, x) {
     else bands.push({ phase, start: step - 1, end: step });
   });
   return bands.map(({ phase, start, end }) =>
-    svg("rect", { class: `phase ${phase}`, x: x(start), width: x(end) - x(start), y: SIZE.top, height: SIZE.height - SIZE.top - SIZE.bottom }),
+    svg("rect", { class: `phase ${phase}`, x: x(start), width: x(end) - x(start), y: size.top, height: size.height - size.top - size.bottom }),
   );
 }
 
-function axes(ticks, steps, x, y) {
+function axes(ticks, steps, size, x, y) {
   const parts = ticks.flatMap((tick) => [
-    svg("line", { class: "grid", x1: SIZE.left, x2: SIZE.width - SIZE.right, y1: y(tick), y2: y(tick) }),
-    svg("text", { x: SIZE.left - 8, y: y(tick) + 4, "text-anchor": "end" }, number(tick)),
+    svg("line", { class: "grid", x1: size.left, x2: size.width - size.right, y1: y(tick), y2: y(tick) }),
+    svg("text", { x: size.left - 8, y: y(tick) + 4, "text-anchor": "end" }, number(tick)),
   ]);
   for (const step of niceTicks(0, steps).filter((one) => Number.isInteger(one) && one <= steps)) {
-    parts.push(svg("text", { x: x(step), y: SIZE.height - 14, "text-anchor": "middle" }, String(step)));
+    parts.push(svg("text", { x: x(step), y: size.height - 14, "text-anchor": "middle" }, String(step)));
   }
-  parts.push(svg("text", { x: SIZE.width - SIZE.right, y: SIZE.height - 1, "text-anchor": "end" }, "accepted iteration"));
+  parts.push(svg("text", { x: size.width - size.right, y: size.height - 1, "text-anchor": "end" }, "accepted iteration"));
   return parts;
 }
 
@@ -72,13 +74,13 @@ function legend(series) {
   return h("ul", { class: "legend" }, keys.map(([key, name]) => h("li", {}, h("span", { class: `swatch ${key}` }), name)));
 }
 
-function watch(plot, readout, series, steps, x) {
-  const cursor = svg("line", { class: "cursor", y1: SIZE.top, y2: SIZE.height - SIZE.bottom, visibility: "hidden" });
+function watch(plot, readout, series, size, steps, x) {
+  const cursor = svg("line", { class: "cursor", y1: size.top, y2: size.height - size.bottom, visibility: "hidden" });
   plot.append(cursor);
   plot.addEventListener("pointermove", (event) => {
     const box = plot.getBoundingClientRect();
-    const place = ((event.clientX - box.left) / box.width) * SIZE.width;
-    const share = (place - SIZE.left) / (SIZE.width - SIZE.left - SIZE.right);
+    const place = ((event.clientX - box.left) / box.width) * size.width;
+    const share = (place - size.left) / (size.width - size.left - size.right);
     const step = Math.min(steps, Math.max(0, Math.round(share * steps)));
     cursor.setAttribute("visibility", "visible");
     cursor.setAttribute("x1", x(step));

@@ -63,7 +63,7 @@ async function curves(jobs, best) {
       return h("p", { class: "hint" }, error.message);
     }
   }
-  return series.length ? qualityChart(series, "Quality of the best grasps") : h("p", { class: "hint" }, "Neither run found a grasp.");
+  return series.length ? qualityChart(series, "Quality of the best grasps", true) : h("p", { class: "hint" }, "Neither run found a grasp.");
 }
 
 function metrics(jobs, best) {
@@ -86,7 +86,7 @@ function metrics(jobs, best) {
 function deltaRow(label, [before, after], sense, text) {
   const known = before !== null && after !== null;
   const change = known ? after - before : 0;
-  const share = known && before ? ` (${change > 0 ? "+" : ""}${number((100 * change) / Math.abs(before), 2)} %)` : "";
+  const share = known && before ? ` (${change > 0 ? "+" : "−"}${number(Math.abs((100 * change) / before), 2)} %)` : "";
   const kind = change * sense > 0 ? "better" : change * sense < 0 ? "worse" : null;
   const said = !known ? "–" : change === 0 ? "same" : `${change > 0 ? "+" : "−"}${text(Math.abs(change))}${share}`;
   const cells = [before, after].map((value) => h("td", { class: "number" }, value === null ? "–" : text(value)));

@@ -1,6 +1,6 @@
 // Numbers, times and names as people read them.
 
-export const words = (name) => String(name).replaceAll("_", " ");
+export const words = (name) => String(name).replace(/_s$/, ", s").replaceAll("_", " ");
 
 export const sentence = (name) => words(name).replace(/^./, (first) => first.toUpperCase());
 

@@ -18,8 +18,8 @@ export function invite(job, rank) {
     class: "poster",
     src: links.animation(job.id, rank),
     alt: `How grasp ${rank} of ${job.object_name} came about: the hand closes and its fingers split`,
-    width: 320,
-    height: 240,
+    width: 480,
+    height: 360,
   });
   place.replaceChildren(
     poster,

@@ -147,9 +147,9 @@ function graspDetails(grasp) {
 }
 
 function verificationReport(verification) {
-  const { passed, protocol, reason, ...rest } = verification;
+  const { passed, protocol, reason, explanation, ...rest } = verification;
   return [
-    h("p", {}, verdict(verification), ` ${sentence(protocol)}. ${reason ?? ""}`),
+    h("p", {}, verdict(verification), ` ${sentence(protocol)}. ${explanation ?? words(reason ?? "")}`),
     h("pre", { tabindex: "0" }, JSON.stringify(rest, null, 2)),
   ];
 }

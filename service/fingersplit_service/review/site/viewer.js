@@ -1,3 +1,4 @@
+/* global wasm_bindgen */
 // rerun's viewer on one recording of this service, in a frame of its own. It tells the page around it how it goes.
 
 const FILES = document.querySelector("script[data-files]").dataset.files;
@@ -37,8 +38,8 @@ async function start() {
   const address = recording();
   tell("loading");
   await load(`${FILES}/re_viewer.js`);
-  await window.wasm_bindgen({ module_or_path: `${FILES}/re_viewer_bg.wasm` });
-  const viewer = new window.wasm_bindgen.WebHandle({
+  await wasm_bindgen({ module_or_path: `${FILES}/re_viewer_bg.wasm` });
+  const viewer = new wasm_bindgen.WebHandle({
     url: [address],
     render_backend: "webgl",
     hide_welcome_screen: true,
