@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from fingersplit.hands.hand import Hand
 from fingersplit.transforms import wxyz_from_rotation
 
-__all__ = ["Grasp"]
+__all__ = ["Grasp", "palm_document"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,11 +37,8 @@ class Grasp:
     def to_document(self, hand: Hand, forces: NDArray[np.float64] | None = None) -> dict[str, Any]:
         """Palm, named joints and contacts as plain JSON data; ``forces`` (F, 3) [N] go with the contacts."""
         return {
-            "palm": {
-                "position": self.object_from_palm[:3, 3].tolist(),
-                "wxyz": wxyz_from_rotation(self.object_from_palm[:3, :3]).tolist(),
-            },
-            "joints": dict(zip(hand.joint_names, self.joints.tolist(), strict=True)),
+            "palm": palm_document(self.object_from_palm),
+            "joints": hand.named(self.joints),
             "contacts": [
                 {
                     "finger": finger.name,
@@ -55,3 +52,11 @@ class Grasp:
                 for f, finger in enumerate(hand.fingers)
             ],
         }
+
+
+def palm_document(object_from_palm: NDArray[np.float64]) -> dict[str, Any]:
+    """A palm pose (4, 4) as plain JSON data."""
+    return {
+        "position": object_from_palm[:3, 3].tolist(),
+        "wxyz": wxyz_from_rotation(object_from_palm[:3, :3]).tolist(),
+    }

@@ -9,10 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fingersplit.grasp import palm_document
 from fingersplit.hands.hand import Hand
 from fingersplit.objects.model import ObjectModel
 from fingersplit.quality.assessment import Metrics
-from fingersplit.splitting.starts import Run
+from fingersplit.quality.holding import Holding
+from fingersplit.splitting.run import Run
+from fingersplit.splitting.surroundings import Surroundings
 from fingersplit.splitting.trace import PHASE_NAMES
 
 __all__ = ["Plan", "PlannedGrasp"]
@@ -36,13 +39,17 @@ class PlannedGrasp:
         rank: Place in the answer, 1 is best.
         run: The finger splitting that found it, with its trace.
         metrics: Numbers that compare it with others.
-        forces: Force of each finger on the object that carries its weight, (F, 3) [N], None when none can.
+        holding: How it holds the object, with the forces that do.
+        surroundings: Pre-grasp, approach and squeeze.
+        reason: Why it stands at this rank, in a sentence.
     """
 
     rank: int
     run: Run
     metrics: Metrics
-    forces: NDArray[np.float64] | None
+    holding: Holding
+    surroundings: Surroundings
+    reason: str
 
     def to_document(self, hand: Hand) -> dict[str, Any]:
         """This grasp as it stands in a result document."""
@@ -51,19 +58,31 @@ class PlannedGrasp:
             "rank": self.rank,
             "feasible": run.feasible,
             "violations": list(run.violations),
-            **run.final.to_document(hand, self.forces),
+            "reason": self.reason,
+            **run.final.to_document(hand, self.holding.forces),
+            **self._surroundings_document(hand),
             "metrics": self.metrics.to_document(),
             "termination": run.termination.label,
             "advice": run.termination.advice,
-            "iterations": {"outer": run.rounds, "cpo": run.cpo, "ppo": run.ppo},
+            "iterations": {"outer": int(run.outcome.rounds), "cpo": int(run.outcome.cpo), "ppo": int(run.outcome.ppo)},
             "timings_ms": {stage: 1e3 * seconds for stage, seconds in zip(_TIMED_STAGES, run.seconds, strict=True)},
             "initial": {
-                "parallel_grasp": run.start.parallel_grasp.to_document(),
+                "parallel_grasp": run.parallel_grasp.to_document(),
                 **run.initial.to_document(hand),
-                "quality": float(run.trace.scores[0, 0]),
+                "quality": float(run.first.quality),
             },
             "verification": None,
         }
+
+    def _surroundings_document(self, hand: Hand) -> dict[str, Any]:
+        around = self.surroundings
+        pregrasp = None
+        if around.approach is not None:
+            pregrasp = {
+                "palm": palm_document(around.approach),
+                "joints": hand.named(around.pregrasp_joints),
+            }
+        return {"pregrasp": pregrasp, "squeeze_joints": hand.named(around.squeeze_joints)}
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,8 +1,7 @@
 """The whole way on one screen: object and hand, parallel grasps, starts, finger splitting, ranked grasps."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from time import perf_counter
-from typing import TypeVar
 
 import numpy as np
 
@@ -15,7 +14,7 @@ from fingersplit.parallel_grasps.parallel_grasp import ParallelGrasp
 from fingersplit.plan import Plan
 from fingersplit.ranking import describe_outcome, rank_runs
 from fingersplit.splitting.settings import PlannerSettings
-from fingersplit.splitting.starts import build_problem, map_starts, split_start
+from fingersplit.splitting.starts import build_problem, choose_starts, split_starts
 
 __all__ = ["plan"]
 
@@ -26,7 +25,6 @@ FARTHEST_CONTACT = 5e-3
 """Most that a given contact may lie off the surface [m]."""
 
 Progress = Callable[[str, float], None]
-Item = TypeVar("Item")
 
 
 def plan(
@@ -38,6 +36,7 @@ def plan(
     seed: int = 0,
     top_k: int = 10,
     settings: PlannerSettings | None = None,
+    threads: int = 1,
     progress: Progress | None = None,
 ) -> Plan:
     """Plan grasps of an object: the same arguments give the same grasps, bit for bit on the same machine.
@@ -51,17 +50,18 @@ def plan(
         seed: Seed of every random choice.
         top_k: Most grasps to return.
         settings: Parameters of the splitting; None for the defaults.
+        threads: Threads that screen and split; the answer does not depend on it.
         progress: Called with a stage name and the share of that stage that is done, 0..1.
 
     Returns:
-        Ranked grasps: feasible ones first, then by Ferrari-Canny metric, then by Q. When no grasp is feasible, the best
-        infeasible ones with what they violate, and a message that says why.
+        Ranked grasps: feasible ones first, by the margin with which they hold the object's weight. When no grasp is
+        feasible, the best infeasible ones with what they violate, and a message that says why.
 
     Raises:
-        SettingsError: ``starts`` or ``top_k`` below 1, or a negative seed.
+        SettingsError: ``starts``, ``top_k`` or ``threads`` below 1, or a negative seed.
         ParallelGraspError: A given contact lies off the surface.
     """
-    _check(starts=starts, top_k=top_k, seed=seed)
+    _check(starts=starts, top_k=top_k, threads=threads, seed=seed)
     settings = settings or PlannerSettings()
     report = progress or (lambda _stage, _share: None)
     seconds: dict[str, float] = {}
@@ -81,9 +81,9 @@ def plan(
         _check_contacts(model, parallel_grasps)
     watch.lap("parallel_grasps")
     problem = build_problem(model, hand, settings)
-    mapped = map_starts(problem, hand, _reported(parallel_grasps, "mapping", report), starts)
+    chosen = choose_starts(problem, hand, parallel_grasps, starts, threads=threads, report=report)
     watch.lap("mapping")
-    runs = tuple(split_start(problem, hand, start) for start in _reported(mapped, "splitting", report))
+    runs = split_starts(problem, hand, chosen, threads=threads, report=report)
     watch.lap("splitting")
     grasps = rank_runs(model, runs, top_k, settings)
     watch.lap("ranking")
@@ -92,8 +92,8 @@ def plan(
     return Plan(hand, model, seed, starts, runs, grasps, message, seconds)
 
 
-def _check(*, starts: int, top_k: int, seed: int) -> None:
-    for name, value, least in (("starts", starts, 1), ("top_k", top_k, 1), ("seed", seed, 0)):
+def _check(*, starts: int, top_k: int, threads: int, seed: int) -> None:
+    for name, value, least in (("starts", starts, 1), ("top_k", top_k, 1), ("threads", threads, 1), ("seed", seed, 0)):
         if value < least:
             raise SettingsError(f"{name} is {value}; it must be at least {least}.")
 
@@ -120,10 +120,3 @@ class _Watch:
     def lap(self, stage: str) -> None:
         now = perf_counter()
         self._seconds[stage], self._since = now - self._since, now
-
-
-def _reported(items: Sequence[Item], stage: str, report: Progress) -> Iterator[Item]:
-    for done, item in enumerate(items):
-        report(stage, done / len(items))
-        yield item
-    report(stage, 1.0)

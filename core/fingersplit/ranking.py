@@ -10,10 +10,11 @@ from fingersplit.hands.hand import Hand
 from fingersplit.objects.model import ObjectModel
 from fingersplit.plan import PlannedGrasp
 from fingersplit.quality.assessment import assess
-from fingersplit.quality.forces import holding_forces
+from fingersplit.quality.holding import GRAVITY, Contacts, Holding, assess_holding
 from fingersplit.quality.metrics import WrenchSpace
+from fingersplit.splitting.run import Run
 from fingersplit.splitting.settings import PlannerSettings
-from fingersplit.splitting.starts import Run
+from fingersplit.splitting.surroundings import Surroundings, surroundings
 
 __all__ = ["describe_outcome", "rank_runs"]
 
@@ -24,31 +25,76 @@ SAME_POSITION, SAME_ROTATION = 5e-3, 0.1
 def rank_runs(
     model: ObjectModel, runs: Sequence[Run], top_k: int, settings: PlannerSettings
 ) -> tuple[PlannedGrasp, ...]:
-    """The best ``top_k`` runs that are not nearly a better one, with their metrics and holding forces.
+    """The best ``top_k`` runs that are not nearly a better one, with metrics, forces and surroundings.
 
-    Fewest violated constraints first, so feasible grasps lead; then Ferrari-Canny metric, then Q.
+    Fewest violated constraints first, so feasible grasps lead; then by the margin with which they hold the object's
+    weight (``quality.holding``); where none can carry it, by Q.
     """
-    candidates = []
-    for run in runs:
-        space = WrenchSpace(
-            run.final.contacts, run.final.normals, settings.friction, model.center_of_mass, model.radius
-        )
-        candidates.append((run, space, assess(space, run.scores)))
-    candidates.sort(key=lambda c: (len(c[0].violations), -c[2].ferrari_canny, -c[2].quality))
-    kept: list[PlannedGrasp] = []
-    for run, space, metrics in candidates:
+    if not runs:
+        return ()
+    holdings = assess_holding(_contacts(runs), model.surface, settings.friction, model.mass, model.center_of_mass)
+    order = sorted(
+        range(len(runs)), key=lambda i: (len(runs[i].violations), -holdings[i].margin, -float(runs[i].last.quality))
+    )
+    kept: list[int] = []
+    for i in order:
         if len(kept) == top_k:
             break
-        if not any(_nearly_same(run, better.run) for better in kept):
-            kept.append(PlannedGrasp(len(kept) + 1, run, metrics, holding_forces(space, model.mass)))
-    return tuple(kept)
+        if not any(_nearly_same(runs[i], runs[better]) for better in kept):
+            kept.append(i)
+    return tuple(_planned(rank, runs[i], holdings[i], model, settings) for rank, i in enumerate(kept, 1))
+
+
+def _planned(rank: int, run: Run, holding: Holding, model: ObjectModel, settings: PlannerSettings) -> PlannedGrasp:
+    final = run.final
+    space = WrenchSpace(final.contacts, final.normals, settings.friction, model.center_of_mass, model.radius)
+    metrics = assess(space, run.scores, holding.margin)
+    around = surroundings(run, holding.forces)
+    return PlannedGrasp(rank, run, metrics, holding, around, _reason(run, holding, around, model.mass * GRAVITY))
+
+
+def _reason(run: Run, holding: Holding, around: Surroundings, weight: float) -> str:
+    """Why a grasp stands where it does, in a sentence or two."""
+    if not run.feasible:
+        return f"Ranked after every feasible grasp: {run.violations[0]}"
+    down = _direction_name(holding.gravity)
+    weakest = run.hand.fingers[int(holding.frictions.argmin())].name
+    if holding.margin == -math.inf:
+        held = "Its contacts lie nearly on a line and cannot balance the weight"
+    elif holding.margin < 0:
+        held = (
+            f"With gravity along {down} its contacts lack {-holding.margin:.2f} N of friction to carry {weight:.2f} N"
+        )
+    else:
+        held = (
+            f"It carries {weight:.2f} N whichever way is down, with {holding.margin:.2f} N of friction to spare at "
+            f"every contact in the worst case, gravity along {down}"
+        )
+    way = "" if around.approach is not None else " No straight way in along the palm's axis is free."
+    return f"{held}; least friction counts at {weakest} ({holding.frictions.min():.2f}).{way}"
+
+
+def _direction_name(direction: np.ndarray) -> str:
+    axis = int(np.abs(direction).argmax())
+    return f"{'-' if direction[axis] < 0 else '+'}{'xyz'[axis]}"
+
+
+def _contacts(runs: Sequence[Run]) -> Contacts:
+    """Contacts of all final grasps as arrays."""
+    hand, last = runs[0].hand, np.array([run.last for run in runs])
+    fingers = len(hand.fingers)
+    columns = (np.ascontiguousarray(last[name][:, :fingers]) for name in ("contacts", "normals", "jacobians"))
+    points, normals, jacobians = columns
+    return Contacts(points, normals, jacobians, hand.finger_torque_limits)
 
 
 def _nearly_same(a: Run, b: Run) -> bool:
     """Whether two grasps put the hand in nearly the same place."""
-    between = np.linalg.inv(a.final.object_from_palm) @ b.final.object_from_palm
-    angle = math.acos(min(1.0, max(-1.0, (np.trace(between[:3, :3]) - 1) / 2)))
-    return bool(np.linalg.norm(between[:3, 3]) < SAME_POSITION and angle < SAME_ROTATION)
+    first, second = a.last, b.last
+    if np.linalg.norm(first.palm_position - second.palm_position) >= SAME_POSITION:
+        return False
+    cosine = (np.sum(first.palm_rotation * second.palm_rotation) - 1) / 2
+    return bool(math.acos(min(1.0, max(-1.0, cosine))) < SAME_ROTATION)
 
 
 def describe_outcome(grasps: int, runs: Sequence[Run], hand: Hand, settings: PlannerSettings) -> str:

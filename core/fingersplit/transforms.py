@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
-__all__ = ["pose_matrix", "rotation_from_wxyz", "transform_points", "wxyz_from_rotation"]
+__all__ = ["pose_matrix", "rotation_from_wxyz", "rotation_to_axis", "transform_points", "wxyz_from_rotation"]
 
 
 def wxyz_from_rotation(rotation: ArrayLike) -> NDArray[np.float64]:
@@ -20,6 +20,14 @@ def wxyz_from_rotation(rotation: ArrayLike) -> NDArray[np.float64]:
 def rotation_from_wxyz(wxyz: ArrayLike) -> NDArray[np.float64]:
     """Rotation matrix (3, 3) of a quaternion (4,), which need not be of unit length."""
     return np.asarray(Rotation.from_quat(np.asarray(wxyz), scalar_first=True).as_matrix())
+
+
+def rotation_to_axis(axis: ArrayLike) -> NDArray[np.float64]:
+    """A rotation (3, 3) that turns z into the direction ``axis`` (3,)."""
+    z = np.asarray(axis, dtype=np.float64) / np.linalg.norm(axis)
+    x = np.cross(np.eye(3)[np.argmin(np.abs(z))], z)
+    x /= np.linalg.norm(x)
+    return np.column_stack([x, np.cross(z, x), z])
 
 
 def pose_matrix(rotation: ArrayLike, position: ArrayLike) -> NDArray[np.float64]:

@@ -7,6 +7,7 @@ from fingersplit.compilation import kernel
 __all__ = [
     "add",
     "angle_between",
+    "column",
     "cross",
     "dot",
     "get",
@@ -19,6 +20,7 @@ __all__ = [
     "set_rotation_about",
     "solve_positive_definite",
     "subtract",
+    "vector",
 ]
 
 
@@ -32,6 +34,18 @@ def get(rows, i):
 def put(rows, i, v):
     """Write vector ``v`` to row ``i`` of an (n, 3) array."""
     rows[i, 0], rows[i, 1], rows[i, 2] = v
+
+
+@kernel
+def column(matrix, k):
+    """Column ``k`` of a (3, n) array as a vector."""
+    return matrix[0, k], matrix[1, k], matrix[2, k]
+
+
+@kernel
+def vector(array):
+    """A (3,) array as a vector."""
+    return array[0], array[1], array[2]
 
 
 @kernel

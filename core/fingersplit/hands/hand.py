@@ -11,7 +11,7 @@ import trimesh
 from numpy.typing import ArrayLike, NDArray
 
 from fingersplit.errors import UnknownHandError
-from fingersplit.hands.kernel import HandArrays, HandPose, empty_pose, move_fingers, place_shapes
+from fingersplit.hands.kernel import MAX_JOINTS, POSE, move_fingers, place_shape
 from fingersplit.hands.mjcf import read_mjcf
 from fingersplit.hands.shapes import shape_mesh
 from fingersplit.transforms import pose_matrix, transform_points
@@ -61,7 +61,10 @@ class Hand:
         shape_names: Collision primitives in the order of ``arrays.shape_kinds``.
         fingers: The fingers, in the order of every per-finger array.
         gripper: How the hand imitates a parallel gripper.
-        arrays: The same hand for kernels.
+        torque_limits: Largest torque of each joint, (N,) [N m].
+        arrays: The same hand for kernels, a ``hands.kernel.HAND`` record.
+        mjcf: The file that describes its bodies, for simulation.
+        palm: Name of the palm's body in that file.
     """
 
     name: str
@@ -70,44 +73,69 @@ class Hand:
     shape_names: tuple[str, ...]
     fingers: tuple[Finger, ...]
     gripper: Gripper
-    arrays: HandArrays
+    torque_limits: NDArray[np.float64]
+    arrays: np.record
+    mjcf: Path
+    palm: str
 
     @property
     def lower(self) -> NDArray[np.float64]:
         """Lower joint limits, (N,) [rad]."""
-        return self.arrays.lower
+        return np.asarray(self.arrays.lower[: self.arrays.joint_count])
 
     @property
     def upper(self) -> NDArray[np.float64]:
         """Upper joint limits, (N,) [rad]."""
-        return self.arrays.upper
+        return np.asarray(self.arrays.upper[: self.arrays.joint_count])
 
-    def pose(self, joints: ArrayLike, object_from_palm: ArrayLike | None = None) -> HandPose:
-        """Links, pads and Jacobians at ``joints`` (N,) [rad], in the palm frame or the frame given by a (4, 4) pose."""
-        pose: HandPose = empty_pose(self.arrays)
-        pose.joints[:] = joints
-        if object_from_palm is not None:
-            pose.palm_rotation[:] = np.asarray(object_from_palm)[:3, :3]
-            pose.palm_position[:] = np.asarray(object_from_palm)[:3, 3]
-        move_fingers(self.arrays, pose, np.empty((2, 3, 3)))
+    @cached_property
+    def finger_torque_limits(self) -> NDArray[np.float64]:
+        """Largest torque of each finger's joints from the palm outwards, infinite beyond, (F, MAX_JOINTS) [N m]."""
+        limits = np.full((len(self.fingers), MAX_JOINTS), np.inf)
+        for f, count in enumerate(self.arrays.joint_counts[: len(self.fingers)]):
+            limits[f, :count] = self.torque_limits[self.arrays.joint_indices[f, :count]]
+        return limits
+
+    def pose(self, joints: ArrayLike, object_from_palm: ArrayLike | None = None) -> np.record:
+        """Links, pads and Jacobians at ``joints`` (N,) [rad], in the palm frame or the frame given by a (4, 4) pose.
+
+        Returns:
+            A record with the fields of ``hands.kernel.POSE_FIELDS``.
+        """
+        pose: np.record = np.rec.array(np.zeros(1, POSE))[0]
+        pose.joints[: self.arrays.joint_count] = joints
+        object_from_palm = np.eye(4) if object_from_palm is None else np.asarray(object_from_palm)
+        pose.palm_rotation, pose.palm_position = object_from_palm[:3, :3], object_from_palm[:3, 3]
+        move_fingers(self.arrays, pose)
         return pose
+
+    def shape_poses(self, joints: ArrayLike, object_from_palm: ArrayLike | None = None) -> list[NDArray[np.float64]]:
+        """``object_from_shape`` (4, 4) of every collision primitive; arguments as ``pose``."""
+        pose, rotation, poses = self.pose(joints, object_from_palm), np.empty((3, 3)), []
+        for k in range(self.arrays.shape_count):
+            position = place_shape(self.arrays, pose, k, rotation)
+            poses.append(pose_matrix(rotation, position))
+        return poses
 
     def posed_meshes(self, joints: ArrayLike) -> list[tuple[str, NDArray[np.float64], NDArray[np.int64]]]:
         """Every collision primitive as name, vertices in the palm frame (n, 3) [m] and faces (m, 3)."""
-        pose = self.pose(joints)
-        place_shapes(self.arrays, pose)
-        meshes = []
-        for k, (name, mesh) in enumerate(zip(self.shape_names, self.shape_meshes, strict=True)):
-            palm_from_shape = pose_matrix(pose.shape_rotations[k], pose.shape_positions[k])
-            meshes.append((name, transform_points(palm_from_shape, mesh.vertices), np.asarray(mesh.faces)))
-        return meshes
+        return [
+            (name, transform_points(palm_from_shape, mesh.vertices), np.asarray(mesh.faces))
+            for name, mesh, palm_from_shape in zip(
+                self.shape_names, self.shape_meshes, self.shape_poses(joints), strict=True
+            )
+        ]
 
     @cached_property
     def shape_meshes(self) -> list[trimesh.Trimesh]:
         """Every collision primitive as a closed mesh in its own frame, for drawing."""
         return [
-            shape_mesh(kind, size) for kind, size in zip(self.arrays.shape_kinds, self.arrays.shape_sizes, strict=True)
+            shape_mesh(self.arrays.shape_kinds[k], self.arrays.shape_sizes[k]) for k in range(len(self.shape_names))
         ]
+
+    def named(self, joints: NDArray[np.float64]) -> dict[str, float]:
+        """Joint angles (N,) by joint name."""
+        return dict(zip(self.joint_names, joints.tolist(), strict=True))
 
     def to_document(self) -> dict[str, Any]:
         """Name, title, fingers and joints with their limits [rad], as plain JSON data."""
@@ -142,16 +170,17 @@ def load_hand(name: str) -> Hand:
     folder = _FOLDER / name
     description = tomllib.loads((folder / "hand.toml").read_text())
     model = read_mjcf(folder / "hand.xml", description["palm"], tuple(description["fingers"]))
+    arrays = model.arrays
     fingers = tuple(
-        Finger(finger, tuple(model.joint_names[j] for j in indices[:count]), float(radius))
-        for finger, indices, count, radius in zip(
-            description["fingers"],
-            model.arrays.joint_indices,
-            model.arrays.joint_counts,
-            model.arrays.pad_radii,
-            strict=True,
+        Finger(
+            finger,
+            tuple(model.joint_names[j] for j in arrays.joint_indices[f, : arrays.joint_counts[f]]),
+            float(arrays.pad_radii[f]),
         )
+        for f, finger in enumerate(description["fingers"])
     )
+    torque_limits = np.array([float(description["torque_limits"][joint]) for joint in model.joint_names])
+    torque_limits.setflags(write=False)
     return Hand(
         name=name,
         title=description["title"],
@@ -159,7 +188,10 @@ def load_hand(name: str) -> Hand:
         shape_names=model.shape_names,
         fingers=fingers,
         gripper=_gripper(description, model.joint_names),
-        arrays=model.arrays,
+        torque_limits=torque_limits,
+        arrays=arrays,
+        mjcf=folder / "hand.xml",
+        palm=description["palm"],
     )
 
 

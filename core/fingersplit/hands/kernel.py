@@ -1,144 +1,151 @@
-"""Kinematics of any hand whose fingers are chains of two to four revolute joints, over plain arrays."""
+"""Kinematics of any hand whose fingers are chains of two to four revolute joints.
 
-from typing import NamedTuple
+A hand and a posed hand are one record each, with room for ``MAX_FINGERS`` fingers: kernels pass a record as a single
+pointer, where a tuple of arrays would cost a copy and a reference count for every array at every call.
+"""
+
+import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fingersplit.compilation import kernel
-from fingersplit.vectors import add, cross, get, multiply, put, rotate, set_rotation_about, subtract
+from fingersplit.vectors import add, column, cross, get, put, rotate, subtract, vector
 
-__all__ = ["MAX_JOINTS", "HandArrays", "HandPose", "empty_pose", "move_fingers", "place_shapes"]
+__all__ = [
+    "HAND",
+    "MAX_FINGERS",
+    "MAX_HAND_JOINTS",
+    "MAX_JOINTS",
+    "MAX_SHAPES",
+    "MAX_SPHERES",
+    "POSE",
+    "POSE_FIELDS",
+    "move_fingers",
+    "place_shape",
+    "place_sphere",
+]
 
-MAX_JOINTS = 4
-"""Most joints of one finger that the kernels are built for."""
+MAX_FINGERS, MAX_JOINTS, MAX_SHAPES, MAX_SPHERES = 5, 4, 32, 96
+"""Most fingers, joints of one finger, collision shapes and covering spheres that the kernels are built for."""
+
+MAX_HAND_JOINTS = MAX_FINGERS * MAX_JOINTS
+
+HAND = np.dtype(
+    [
+        ("finger_count", np.int64),
+        ("joint_count", np.int64),
+        ("shape_count", np.int64),
+        ("sphere_count", np.int64),
+        ("joint_counts", np.int64, MAX_FINGERS),
+        ("joint_indices", np.int64, (MAX_FINGERS, MAX_JOINTS)),
+        ("rotations", np.float64, (MAX_FINGERS, MAX_JOINTS, 3, 3)),
+        ("positions", np.float64, (MAX_FINGERS, MAX_JOINTS, 3)),
+        ("pad_positions", np.float64, (MAX_FINGERS, 3)),
+        ("pad_normals", np.float64, (MAX_FINGERS, 3)),
+        ("pad_radii", np.float64, MAX_FINGERS),
+        ("lower", np.float64, MAX_HAND_JOINTS),
+        ("upper", np.float64, MAX_HAND_JOINTS),
+        ("shape_kinds", np.int64, MAX_SHAPES),
+        ("shape_fingers", np.int64, MAX_SHAPES),
+        ("shape_links", np.int64, MAX_SHAPES),
+        ("shape_rotations", np.float64, (MAX_SHAPES, 3, 3)),
+        ("shape_positions", np.float64, (MAX_SHAPES, 3)),
+        ("shape_sizes", np.float64, (MAX_SHAPES, 3)),
+        ("sphere_shapes", np.int64, MAX_SPHERES),
+        ("sphere_centers", np.float64, (MAX_SPHERES, 3)),
+        ("sphere_radii", np.float64, MAX_SPHERES),
+        ("sphere_insides", np.float64, MAX_SPHERES),
+    ],
+    align=True,
+)
+"""A hand as data: F fingers, N joints, K collision shapes, M spheres; frames follow the links from the palm outwards.
+
+- ``joint_counts`` (F,), ``joint_indices`` (F, MAX_JOINTS): joints of each finger, and their places in the joint vector.
+- ``rotations``, ``positions`` [m]: ``previous_from_joint`` at zero angle; a joint frame turns about its own z axis.
+- ``pad_positions`` [m], ``pad_normals``, ``pad_radii`` [m]: spherical pad in the last link's frame, normal out of it.
+- ``lower``, ``upper`` (N,): joint limits [rad].
+- ``shape_kinds`` (see ``hands.shapes``), ``shape_fingers`` (-1 for the palm), ``shape_links`` (joint of that finger
+  whose link carries the shape), ``link_from_shape`` as ``shape_rotations`` and ``shape_positions`` [m], and
+  ``shape_sizes`` [m]: half sizes as in MJCF.
+- ``sphere_shapes``, ``sphere_centers`` [m] in the link frame, ``sphere_radii`` [m]: spheres that together enclose every
+  shape, those of one shape next to each other; with the radii ``sphere_insides`` [m] they lie inside it.
+"""
+
+POSE_FIELDS = [
+    ("palm_rotation", np.float64, (3, 3)),
+    ("palm_position", np.float64, 3),
+    ("joints", np.float64, MAX_HAND_JOINTS),
+    ("link_rotations", np.float64, (MAX_FINGERS, MAX_JOINTS, 3, 3)),
+    ("link_positions", np.float64, (MAX_FINGERS, MAX_JOINTS, 3)),
+    ("pads", np.float64, (MAX_FINGERS, 3)),
+    ("pad_normals", np.float64, (MAX_FINGERS, 3)),
+    ("jacobians", np.float64, (MAX_FINGERS, 3, MAX_JOINTS)),
+]
+"""Where a hand stands in some frame (here the object's).
+
+``object_from_palm`` and ``joints`` [rad] are the input of ``move_fingers``; its output are ``object_from_link``, the
+pad centres [m], the unit vectors out of the pads, and the pad centres by the finger's own joints, ``J_q2c,i`` of
+[Fan2018] eq. (3b) [m/rad].
+"""
 
 
-class HandArrays(NamedTuple):
-    """A hand as data: F fingers, N joints, K collision shapes; frames follow the links from the palm outwards.
-
-    Attributes:
-        joint_counts: Joints of each finger, (F,) int64.
-        joint_indices: Place of a finger's joints in the hand's joint vector, (F, MAX_JOINTS) int64.
-        rotations: ``previous_from_joint`` at zero angle, (F, MAX_JOINTS, 3, 3).
-        positions: Origin of each joint frame in the previous one, (F, MAX_JOINTS, 3) [m].
-        axes: Unit joint axes in their joint frame, (F, MAX_JOINTS, 3).
-        pad_positions: Centre of the spherical pad in the last link's frame, (F, 3) [m].
-        pad_normals: Unit vector out of the pad in the last link's frame, (F, 3).
-        pad_radii: Pad radius, (F,) [m].
-        lower: Lower joint limits, (N,) [rad].
-        upper: Upper joint limits, (N,) [rad].
-        shape_kinds: Shape of each collision primitive, see ``hands.shapes``, (K,) int64.
-        shape_fingers: Finger that carries the shape, -1 for the palm, (K,) int64.
-        shape_links: Joint of that finger whose link carries the shape, (K,) int64.
-        shape_rotations: ``link_from_shape``, (K, 3, 3).
-        shape_positions: Shape centre in the link frame, (K, 3) [m].
-        shape_sizes: Half sizes as in MJCF: box (x, y, z), capsule and cylinder (radius, half length), (K, 3) [m].
-    """
-
-    joint_counts: NDArray[np.int64]
-    joint_indices: NDArray[np.int64]
-    rotations: NDArray[np.float64]
-    positions: NDArray[np.float64]
-    axes: NDArray[np.float64]
-    pad_positions: NDArray[np.float64]
-    pad_normals: NDArray[np.float64]
-    pad_radii: NDArray[np.float64]
-    lower: NDArray[np.float64]
-    upper: NDArray[np.float64]
-    shape_kinds: NDArray[np.int64]
-    shape_fingers: NDArray[np.int64]
-    shape_links: NDArray[np.int64]
-    shape_rotations: NDArray[np.float64]
-    shape_positions: NDArray[np.float64]
-    shape_sizes: NDArray[np.float64]
-
-
-class HandPose(NamedTuple):
-    """Where a hand stands in some frame (here the object's): input palm and joints, output of ``move_fingers``.
-
-    Attributes:
-        palm_rotation: ``object_from_palm`` rotation, (3, 3).
-        palm_position: Palm origin, (3,) [m].
-        joints: Joint angles, (N,) [rad].
-        link_rotations: ``object_from_link``, (F, MAX_JOINTS, 3, 3).
-        link_positions: Link origins, (F, MAX_JOINTS, 3) [m].
-        pads: Pad centres, (F, 3) [m].
-        pad_normals: Unit vectors out of the pads, (F, 3).
-        jacobians: Pad centre by the finger's own joints, ``J_q2c,i`` of [Fan2018] eq. (3b),
-            (F, 3, MAX_JOINTS) [m/rad].
-        shape_rotations: ``object_from_shape`` of the collision primitives, output of ``place_shapes``, (K, 3, 3).
-        shape_positions: Their centres, likewise, (K, 3) [m].
-    """
-
-    palm_rotation: NDArray[np.float64]
-    palm_position: NDArray[np.float64]
-    joints: NDArray[np.float64]
-    link_rotations: NDArray[np.float64]
-    link_positions: NDArray[np.float64]
-    pads: NDArray[np.float64]
-    pad_normals: NDArray[np.float64]
-    jacobians: NDArray[np.float64]
-    shape_rotations: NDArray[np.float64]
-    shape_positions: NDArray[np.float64]
-
-
-@kernel
-def empty_pose(hand):
-    """A pose with the palm at the origin and all joints at zero, outputs unset."""
-    fingers, joints, shapes = hand.joint_counts.size, hand.lower.size, hand.shape_kinds.size
-    return HandPose(
-        np.eye(3),
-        np.zeros(3),
-        np.zeros(joints),
-        np.zeros((fingers, MAX_JOINTS, 3, 3)),
-        np.zeros((fingers, MAX_JOINTS, 3)),
-        np.zeros((fingers, 3)),
-        np.zeros((fingers, 3)),
-        np.zeros((fingers, 3, MAX_JOINTS)),
-        np.zeros((shapes, 3, 3)),
-        np.zeros((shapes, 3)),
-    )
+POSE = np.dtype(POSE_FIELDS, align=True)
 
 
 @kernel
-def move_fingers(hand, pose, scratch):
-    """Forward kinematics: links, pads and Jacobians of ``pose`` from its palm and joints.
-
-    Args:
-        hand: ``HandArrays``.
-        pose: ``HandPose``, outputs overwritten.
-        scratch: Two (3, 3) arrays, (2, 3, 3).
-    """
-    for finger in range(hand.joint_counts.size):
-        count = hand.joint_counts[finger]
-        rotation, position = pose.palm_rotation, (pose.palm_position[0], pose.palm_position[1], pose.palm_position[2])
+def move_fingers(hand, pose):
+    """Forward kinematics: links, pads and Jacobians of ``pose`` from its palm and joints."""
+    for f in range(hand.finger_count):
+        count = hand.joint_counts[f]
+        position = vector(pose.palm_position)
         for j in range(count):
-            position = add(position, rotate(rotation, get(hand.positions[finger], j)))
-            multiply(rotation, hand.rotations[finger, j], scratch[0])
-            set_rotation_about(get(hand.axes[finger], j), pose.joints[hand.joint_indices[finger, j]], scratch[1])
-            multiply(scratch[0], scratch[1], pose.link_rotations[finger, j])
-            put(pose.link_positions[finger], j, position)
-            rotation = pose.link_rotations[finger, j]
-        pad = add(position, rotate(rotation, get(hand.pad_positions, finger)))
-        put(pose.pads, finger, pad)
-        put(pose.pad_normals, finger, rotate(rotation, get(hand.pad_normals, finger)))
+            angle = pose.joints[hand.joint_indices[f, j]]
+            if j == 0:
+                position = add(position, rotate(pose.palm_rotation, get(hand.positions[f], j)))
+                _turn(pose.palm_rotation, hand.rotations[f, j], angle, pose.link_rotations[f, j])
+            else:
+                position = add(position, rotate(pose.link_rotations[f, j - 1], get(hand.positions[f], j)))
+                _turn(pose.link_rotations[f, j - 1], hand.rotations[f, j], angle, pose.link_rotations[f, j])
+            put(pose.link_positions[f], j, position)
+        last = pose.link_rotations[f, count - 1]
+        pad = add(position, rotate(last, get(hand.pad_positions, f)))
+        put(pose.pads, f, pad)
+        put(pose.pad_normals, f, rotate(last, get(hand.pad_normals, f)))
         for j in range(count):
-            axis = rotate(pose.link_rotations[finger, j], get(hand.axes[finger], j))
-            column = cross(axis, subtract(pad, get(pose.link_positions[finger], j)))
-            for k in range(3):
-                pose.jacobians[finger, k, j] = column[k]
+            axis = column(pose.link_rotations[f, j], 2)
+            motion = cross(axis, subtract(pad, get(pose.link_positions[f], j)))
+            pose.jacobians[f, 0, j], pose.jacobians[f, 1, j], pose.jacobians[f, 2, j] = motion
 
 
 @kernel
-def place_shapes(hand, pose):
-    """Rotations and centres of the collision primitives of a ``pose`` whose links are up to date."""
-    for shape in range(hand.shape_kinds.size):
-        finger, link = hand.shape_fingers[shape], hand.shape_links[shape]
-        if finger >= 0:
-            rotation, position = pose.link_rotations[finger, link], get(pose.link_positions[finger], link)
-        else:
-            rotation = pose.palm_rotation
-            position = (pose.palm_position[0], pose.palm_position[1], pose.palm_position[2])
-        multiply(rotation, hand.shape_rotations[shape], pose.shape_rotations[shape])
-        put(pose.shape_positions, shape, add(position, rotate(rotation, get(hand.shape_positions, shape))))
+def _turn(previous, rotation, angle, out):
+    """``previous @ rotation @ rotation_about_z(angle)`` of (3, 3) arrays into ``out``, which is neither of them."""
+    s, c = math.sin(angle), math.cos(angle)
+    for i in range(3):
+        x = previous[i, 0] * rotation[0, 0] + previous[i, 1] * rotation[1, 0] + previous[i, 2] * rotation[2, 0]
+        y = previous[i, 0] * rotation[0, 1] + previous[i, 1] * rotation[1, 1] + previous[i, 2] * rotation[2, 1]
+        out[i, 0], out[i, 1] = c * x + s * y, c * y - s * x
+        out[i, 2] = previous[i, 0] * rotation[0, 2] + previous[i, 1] * rotation[1, 2] + previous[i, 2] * rotation[2, 2]
+
+
+@kernel
+def place_shape(hand, pose, shape, rotation):
+    """``object_from_shape`` of a collision shape: its rotation into ``rotation`` (3, 3), its centre [m] returned."""
+    finger, link = hand.shape_fingers[shape], hand.shape_links[shape]
+    local = get(hand.shape_positions, shape)
+    if finger < 0:
+        _turn(pose.palm_rotation, hand.shape_rotations[shape], 0.0, rotation)
+        return add(vector(pose.palm_position), rotate(pose.palm_rotation, local))
+    _turn(pose.link_rotations[finger, link], hand.shape_rotations[shape], 0.0, rotation)
+    return add(get(pose.link_positions[finger], link), rotate(pose.link_rotations[finger, link], local))
+
+
+@kernel
+def place_sphere(hand, pose, sphere):
+    """Centre [m] of a covering sphere in the frame of ``pose``."""
+    shape = hand.sphere_shapes[sphere]
+    finger, link = hand.shape_fingers[shape], hand.shape_links[shape]
+    local = get(hand.sphere_centers, sphere)
+    if finger < 0:
+        return add(vector(pose.palm_position), rotate(pose.palm_rotation, local))
+    return add(get(pose.link_positions[finger], link), rotate(pose.link_rotations[finger, link], local))

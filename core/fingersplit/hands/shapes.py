@@ -1,4 +1,4 @@
-"""The primitive shapes of links: their drawing meshes and their signed distance."""
+"""The primitive shapes of links: their signed distance, the spheres that cover them, and their drawing meshes."""
 
 import math
 
@@ -8,13 +8,25 @@ from numpy.typing import NDArray
 
 from fingersplit.compilation import kernel
 
-__all__ = ["BOX", "CAPSULE", "CYLINDER", "SPHERE", "bounding_radius", "shape_distance", "shape_mesh"]
+__all__ = [
+    "BOX",
+    "CAPSULE",
+    "CYLINDER",
+    "SPHERE",
+    "covering_spheres",
+    "shape_distance",
+    "shape_distance_gradient",
+    "shape_mesh",
+]
 
 # The numbers are those of mujoco.mjtGeom.
 SPHERE = 2
 CAPSULE = 3
 CYLINDER = 5
 BOX = 6
+
+_LEAST_SIDE = 0.018
+"""[m]; covering spheres of flat shapes are not made smaller than a cube of this side needs."""
 
 
 @kernel
@@ -38,15 +50,62 @@ def shape_distance(kind, size, x, y, z):
 
 
 @kernel
-def bounding_radius(kind, size):
-    """Radius [m] of the sphere about the shape's centre that encloses it."""
+def shape_distance_gradient(kind, size, point):
+    """Unit gradient of ``shape_distance`` at a point in the shape's frame: the outward normal of the nearest face."""
+    x, y, z = point
     if kind == SPHERE:
-        return size[0]
+        return _unit(x, y, z)
     if kind == CAPSULE:
-        return size[0] + size[1]
+        z -= min(max(z, -size[1]), size[1])
+        return _unit(x, y, z)
     if kind == CYLINDER:
-        return math.sqrt(size[0] * size[0] + size[1] * size[1])
-    return math.sqrt(size[0] * size[0] + size[1] * size[1] + size[2] * size[2])
+        radial = math.sqrt(x * x + y * y)
+        a, c = radial - size[0], abs(z) - size[1]
+        if max(a, c) <= 0.0:
+            return _unit(x, y, 0.0) if a > c else (0.0, 0.0, math.copysign(1.0, z))
+        out = max(a, 0.0) / radial if radial > 0.0 else 0.0
+        return _unit(out * x, out * y, math.copysign(max(c, 0.0), z))
+    a, b, c = abs(x) - size[0], abs(y) - size[1], abs(z) - size[2]
+    deepest = max(a, b, c)
+    if deepest <= 0.0:
+        return _unit(
+            math.copysign(1.0, x) if a == deepest else 0.0,
+            math.copysign(1.0, y) if b == deepest else 0.0,
+            math.copysign(1.0, z) if c == deepest else 0.0,
+        )
+    return _unit(math.copysign(max(a, 0.0), x), math.copysign(max(b, 0.0), y), math.copysign(max(c, 0.0), z))
+
+
+@kernel
+def _unit(x, y, z):
+    length = math.sqrt(x * x + y * y + z * z)
+    return (x / length, y / length, z / length) if length > 0.0 else (1.0, 0.0, 0.0)
+
+
+def covering_spheres(kind: int, size: NDArray[np.float64]) -> tuple[NDArray[np.float64], float, NDArray[np.float64]]:
+    """Spheres that together enclose a shape, without reaching far beyond it.
+
+    A capsule is cut along its axis, every other shape's bounding box into nearly cubic bricks.
+
+    Returns:
+        Centres (n, 3), the radius with which they enclose the shape, and radii (n,) with which they lie inside it [m].
+    """
+    if kind == SPHERE:
+        return np.zeros((1, 3)), float(size[0]), size[:1]
+    if kind == CAPSULE:
+        count = max(2, math.ceil(size[1] / size[0]))
+        heights = size[1] * np.linspace(-1, 1, count)
+        centers = np.column_stack([np.zeros(count), np.zeros(count), heights])
+        return centers, math.hypot(size[0], size[1] / (count - 1)), np.full(count, size[0])
+    half = np.array([size[0], size[0], size[1]]) if kind == CYLINDER else size
+    side = max(2 * half.min(), _LEAST_SIDE)
+    counts = np.maximum(np.ceil(2 * half / (1.2 * side)).astype(int), 1)
+    axes = [h * (2 * np.arange(n) + 1 - n) / n for h, n in zip(half, counts, strict=True)]
+    centers = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    insides = np.full(len(centers), (half / counts).min())
+    if kind == CYLINDER:  # bricks at the corners of its box reach outside
+        insides = np.clip(size[0] - np.linalg.norm(centers[:, :2], axis=1), 0.0, insides)
+    return centers, float(np.linalg.norm(half / counts)), insides
 
 
 def shape_mesh(kind: int, size: NDArray[np.float64]) -> trimesh.Trimesh:

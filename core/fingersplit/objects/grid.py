@@ -1,5 +1,6 @@
-"""Points binned in cubic cells: the search structure behind nearest points and collision."""
+"""Points sorted by cubic cells: the search structure behind nearest points and collision."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -11,52 +12,51 @@ __all__ = ["PointGrid", "build_grid", "cell_range", "nearest", "smooth_direction
 
 
 class PointGrid(NamedTuple):
-    """Points sorted by cell.
+    """Points in the order of their cells, so that a column of cells is one contiguous run of points.
 
     Attributes:
-        points: The points, (n, 3) [m].
-        origin: Lowest corner of the first cell, (3,) [m].
+        points: The points, cell after cell, (n, 3) [m].
+        starts: First point of each cell, one more than there are cells, int32.
+        origin: Lowest corner of the first cell [m].
+        shape: Number of cells along each axis.
         cell: Edge length of a cell [m].
-        shape: Number of cells along each axis, (3,) int64.
-        starts: First entry of each cell in ``members``, one more than there are cells, int64.
-        members: Point indices, cell after cell, (n,) int64.
     """
 
     points: NDArray[np.float64]
-    origin: NDArray[np.float64]
+    starts: NDArray[np.int32]
+    origin: tuple[float, float, float]
+    shape: tuple[int, int, int]
     cell: float
-    shape: NDArray[np.int64]
-    starts: NDArray[np.int64]
-    members: NDArray[np.int64]
 
 
 @kernel
 def build_grid(points, cell):
-    """Bin points (n, 3) [m] in cells of edge ``cell`` [m], in their given order within a cell."""
-    origin, shape = np.empty(3), np.empty(3, np.int64)
-    for k in range(3):
-        origin[k] = points[:, k].min()
-        shape[k] = int((points[:, k].max() - origin[k]) / cell) + 1
-    starts = np.zeros(shape[0] * shape[1] * shape[2] + 1, np.int64)
+    """Sort points (n, 3) [m] into cells of edge ``cell`` [m].
+
+    Returns:
+        The grid, and for each of its points the index in ``points``, (n,) int64; points of one cell keep their order.
+    """
+    low = (points[:, 0].min(), points[:, 1].min(), points[:, 2].min())
+    shape = (
+        int((points[:, 0].max() - low[0]) / cell) + 1,
+        int((points[:, 1].max() - low[1]) / cell) + 1,
+        int((points[:, 2].max() - low[2]) / cell) + 1,
+    )
+    starts = np.zeros(shape[0] * shape[1] * shape[2] + 1, np.int32)
     cells = np.empty(len(points), np.int64)
     for i in range(len(points)):
-        cells[i] = _cell_number(points[i], origin, cell, shape)
+        x = int((points[i, 0] - low[0]) / cell)
+        y = int((points[i, 1] - low[1]) / cell)
+        z = int((points[i, 2] - low[2]) / cell)
+        cells[i] = (x * shape[1] + y) * shape[2] + z
         starts[cells[i] + 1] += 1
     for c in range(1, starts.size):
         starts[c] += starts[c - 1]
-    filled, members = starts[:-1].copy(), np.empty(len(points), np.int64)
+    filled, order = starts[:-1].copy(), np.empty(len(points), np.int64)
     for i in range(len(points)):
-        members[filled[cells[i]]] = i
+        order[filled[cells[i]]] = i
         filled[cells[i]] += 1
-    return PointGrid(points, origin, cell, shape, starts, members)
-
-
-@kernel
-def _cell_number(point, origin, cell, shape):
-    x = int((point[0] - origin[0]) / cell)
-    y = int((point[1] - origin[1]) / cell)
-    z = int((point[2] - origin[2]) / cell)
-    return (x * shape[1] + y) * shape[2] + z
+    return PointGrid(points[order], starts, low, shape, cell), order
 
 
 @kernel
@@ -66,35 +66,44 @@ def nearest(grid, query, hint):
     Args:
         grid: ``PointGrid``.
         query: Any point in space, near or far.
-        hint: Index of a point believed to be close (a good one saves time, a bad one costs none), or -1.
+        hint: Index of a point believed to be close, which saves time, or -1.
 
-    Cells are visited in growing cubic shells about the query's cell until the next shell cannot hold a closer point.
+    Any point bounds the distance; then only the columns of cells that reach closer are searched.
     """
-    shape = grid.shape
-    ix = int(np.floor((query[0] - grid.origin[0]) / grid.cell))
-    iy = int(np.floor((query[1] - grid.origin[1]) / grid.cell))
-    iz = int(np.floor((query[2] - grid.origin[2]) / grid.cell))
-    first = max(_outside(ix, shape[0]), _outside(iy, shape[1]), _outside(iz, shape[2]))
-    last = max(_reach(ix, shape[0]), _reach(iy, shape[1]), _reach(iz, shape[2]))
-    best, best_squared = hint, np.inf
+    best, squared = hint, np.inf
     if hint >= 0:
-        best_squared = _squared_distance(grid.points, hint, query)
-    for shell in range(first, last + 1):
-        gap = (shell - 1) * grid.cell
-        if shell > 0 and best_squared <= gap * gap:
-            break
-        for x in range(max(ix - shell, 0), min(ix + shell, shape[0] - 1) + 1):
-            for y in range(max(iy - shell, 0), min(iy + shell, shape[1] - 1) + 1):
-                on_side = abs(x - ix) == shell or abs(y - iy) == shell
-                step = 1 if on_side else max(2 * shell, 1)
-                for z in range(iz - shell, iz + shell + 1, step):
-                    if 0 <= z < shape[2]:
-                        c = (x * shape[1] + y) * shape[2] + z
-                        for m in range(grid.starts[c], grid.starts[c + 1]):
-                            squared = _squared_distance(grid.points, grid.members[m], query)
-                            if squared < best_squared:
-                                best, best_squared = grid.members[m], squared
+        squared = _squared_distance(grid.points, hint, query)
+    reach = grid.cell
+    if squared > reach * reach:
+        best, squared = _search(grid, query, reach, best, squared)
+        while best < 0:
+            reach *= 2.0
+            best, squared = _search(grid, query, reach, best, squared)
+        if squared <= reach * reach:
+            return best
+    best, squared = _search(grid, query, math.sqrt(squared), best, squared)
     return best
+
+
+@kernel
+def _search(grid, query, reach, best, squared):
+    """The closest point of the cells that a ball about ``query`` meets, unless ``best`` is closer."""
+    low, high = cell_range(grid, query, reach)
+    x0, y0, z0 = query[0] - grid.origin[0], query[1] - grid.origin[1], query[2] - grid.origin[2]
+    for x in range(low[0], high[0]):
+        dx = max(x * grid.cell - x0, x0 - (x + 1) * grid.cell, 0.0)
+        for y in range(low[1], high[1]):
+            dy = max(y * grid.cell - y0, y0 - (y + 1) * grid.cell, 0.0)
+            left = squared - dx * dx - dy * dy
+            if left > 0.0:
+                row = (x * grid.shape[1] + y) * grid.shape[2]
+                dz = math.sqrt(min(left, reach * reach))
+                first, last = int(max((z0 - dz) / grid.cell, low[2])), int(min((z0 + dz) / grid.cell, high[2] - 1))
+                for i in range(grid.starts[row + first], grid.starts[row + max(last + 1, first)]):
+                    distance = _squared_distance(grid.points, i, query)
+                    if distance < squared:
+                        best, squared = i, distance
+    return best, squared
 
 
 @kernel
@@ -113,18 +122,6 @@ def cell_range(grid, query, reach):
         min(max(int((z + reach) / grid.cell) + 1, low[2]), nz),
     )
     return low, high
-
-
-@kernel
-def _outside(i, size):
-    """Cells between a coordinate and the grid; 0 inside."""
-    return max(-i, i - (size - 1), 0)
-
-
-@kernel
-def _reach(i, size):
-    """Cells from a coordinate to the far end of the grid."""
-    return max(i, size - 1 - i)
 
 
 @kernel
@@ -152,21 +149,22 @@ def thin_evenly(points, spacing):
 
     Points are taken in their order, so a random order gives an even cover.
     """
-    grid = build_grid(points, spacing)
+    grid, order = build_grid(points, spacing)
+    place = np.empty_like(order)
+    place[order] = np.arange(len(points))
     kept = np.zeros(len(points), np.bool_)
-    for i in range(len(points)):
+    for i in place:
         xs, ys, zs = _neighbour_cells(grid, i)
         free = True
         for x in range(xs[0], xs[1]):
             for y in range(ys[0], ys[1]):
                 row = (x * grid.shape[1] + y) * grid.shape[2]
-                for m in range(grid.starts[row + zs[0]], grid.starts[row + zs[1]]):
-                    j = grid.members[m]
-                    if kept[j] and _squared_distance(points, j, points[i]) < spacing * spacing:
+                for j in range(grid.starts[row + zs[0]], grid.starts[row + zs[1]]):
+                    if kept[j] and _squared_distance(grid.points, j, grid.points[i]) < spacing * spacing:
                         free = False
                         break
         kept[i] = free
-    return np.nonzero(kept)[0]
+    return np.sort(order[kept])
 
 
 @kernel
@@ -183,8 +181,7 @@ def smooth_directions(grid, directions, radius, least_cosine):
         for x in range(xs[0], xs[1]):
             for y in range(ys[0], ys[1]):
                 row = (x * grid.shape[1] + y) * grid.shape[2]
-                for m in range(grid.starts[row + zs[0]], grid.starts[row + zs[1]]):
-                    j = grid.members[m]
+                for j in range(grid.starts[row + zs[0]], grid.starts[row + zs[1]]):
                     weight = 1.0 - _squared_distance(grid.points, j, grid.points[i]) / (radius * radius)
                     cosine = (
                         directions[i, 0] * directions[j, 0]

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from fingersplit.objects.grid import PointGrid, build_grid, thin_evenly
 from fingersplit.objects.mesh import Mesh
+from fingersplit.objects.signed_distance import DistanceGrid, build_distance_grid
 from fingersplit.objects.surface import PACKING, Surface, sample_surface
 
 __all__ = ["ObjectModel", "prepare_object"]
@@ -31,12 +32,14 @@ class ObjectModel:
         surface: Evenly spaced samples with outward normals.
         collision: The sparser points that stand for the surface in collision tests, the part that supervoxel centres
             play in [Fan2018] section III-A3.
+        distance: Signed distance on a grid, which culls collision tests and pushes links away.
     """
 
     mesh: Mesh
     name: str
     surface: Surface
     collision: PointGrid
+    distance: DistanceGrid
 
     @property
     def center_of_mass(self) -> NDArray[np.float64]:
@@ -73,4 +76,5 @@ def prepare_object(mesh: Mesh, name: str = "object") -> ObjectModel:
     samples = surface.grid.points
     spacing = math.sqrt(PACKING * mesh.area / COLLISION_POINTS)
     points = samples[thin_evenly(samples, spacing)]
-    return ObjectModel(mesh, name, surface, build_grid(points, 2.0 * spacing))
+    collision, _ = build_grid(points, 2.0 * spacing)
+    return ObjectModel(mesh, name, surface, collision, build_distance_grid(surface.grid, surface.normals))

@@ -53,11 +53,12 @@ def sample_surface(mesh: Mesh) -> Surface:
     )
     kept = thin_evenly(np.ascontiguousarray(candidates, dtype=np.float64), spacing)
     radius = 2.5 * spacing
-    grid = build_grid(np.ascontiguousarray(candidates[kept], dtype=np.float64), radius)
-    flat_normals = np.ascontiguousarray(mesh.trimesh.face_normals[faces[kept]], dtype=np.float64)
+    grid, order = build_grid(np.ascontiguousarray(candidates[kept], dtype=np.float64), radius)
+    on_faces = faces[kept][order]
+    flat_normals = np.ascontiguousarray(mesh.trimesh.face_normals[on_faces], dtype=np.float64)
     normals = smooth_directions(grid, flat_normals, radius, math.cos(_SHARP_EDGE))
-    triangles = mesh.vertices[mesh.faces[faces[kept]]]
-    for array in (grid.points, grid.starts, grid.members, normals, triangles):
+    triangles = mesh.vertices[mesh.faces[on_faces]]
+    for array in (grid.points, grid.starts, normals, triangles):
         array.setflags(write=False)
     return Surface(grid, normals, triangles, spacing)
 
@@ -93,8 +94,7 @@ def touch(surface, query, hint):
     for x in range(low[0], high[0]):
         for y in range(low[1], high[1]):
             row = (x * grid.shape[1] + y) * grid.shape[2]
-            for m in range(grid.starts[row + low[2]], grid.starts[row + high[2]]):
-                j = grid.members[m]
+            for j in range(grid.starts[row + low[2]], grid.starts[row + high[2]]):
                 if norm(subtract(query, get(grid.points, j))) <= reach:
                     point = _closest_on_triangle(surface.triangles[j], query)
                     distance = norm(subtract(query, point))

@@ -11,12 +11,12 @@ __all__ = ["manipulability", "manipulability_gradient", "object_quality", "objec
 
 
 @kernel
-def object_quality(contacts):
-    """Q_o: twice the area of the contact triangle [m^2], mean over the triples of (F, 3) contacts [m]."""
+def object_quality(contacts, count):
+    """Q_o: twice the area of the contact triangle [m^2], mean over the triples of the first ``count`` contacts [m]."""
     total, triples = 0.0, 0
-    for i in range(len(contacts)):
-        for j in range(i + 1, len(contacts)):
-            for k in range(j + 1, len(contacts)):
+    for i in range(count):
+        for j in range(i + 1, count):
+            for k in range(j + 1, count):
                 a, b, c = get(contacts, i), get(contacts, j), get(contacts, k)
                 total += norm(cross(subtract(b, a), subtract(c, a)))
                 triples += 1
@@ -24,10 +24,9 @@ def object_quality(contacts):
 
 
 @kernel
-def object_quality_gradient(contacts, gradient):
-    """Gradient of Q_o by the contacts into ``gradient`` (F, 3) [m]; zero where a triangle has no area."""
+def object_quality_gradient(contacts, count, gradient):
+    """Gradient of Q_o by the first ``count`` contacts into ``gradient`` [m]; zero where a triangle has no area."""
     gradient[:] = 0.0
-    count = len(contacts)
     share = 6.0 / (count * (count - 1) * (count - 2))
     for i in range(count):
         for j in range(i + 1, count):
@@ -46,7 +45,7 @@ def object_quality_gradient(contacts, gradient):
 def manipulability(hand, joints):
     """Q_h: minus half the squared distances of the joints (N,) [rad] from mid-range, each over its range."""
     total = 0.0
-    for j in range(joints.size):
+    for j in range(hand.joint_count):
         width = hand.upper[j] - hand.lower[j]
         total -= 0.5 * ((joints[j] - 0.5 * (hand.upper[j] + hand.lower[j])) / width) ** 2
     return total
@@ -55,6 +54,6 @@ def manipulability(hand, joints):
 @kernel
 def manipulability_gradient(hand, joints, gradient):
     """Gradient of Q_h by the joints into ``gradient`` (N,) [1/rad]."""
-    for j in range(joints.size):
+    for j in range(hand.joint_count):
         width = hand.upper[j] - hand.lower[j]
         gradient[j] = -(joints[j] - 0.5 * (hand.upper[j] + hand.lower[j])) / (width * width)

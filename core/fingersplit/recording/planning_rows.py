@@ -12,8 +12,15 @@ from fingersplit.quality.metrics import WrenchSpace, ferrari_canny
 from fingersplit.recording import colors
 from fingersplit.recording.posing import pose_shapes, turn_z_to
 from fingersplit.recording.surface_points import hit_points, reference_points
-from fingersplit.splitting.state import HAND_QUALITY, OBJECT_QUALITY, PENETRATION, QUALITY
-from fingersplit.splitting.trace import CPO, PHASE_NAMES, Trace
+from fingersplit.splitting.trace import (
+    CPO,
+    HAND_QUALITY,
+    OBJECT_QUALITY,
+    PENETRATION,
+    PHASE_NAMES,
+    QUALITY,
+    Trace,
+)
 
 __all__ = ["CONE_HEIGHT", "isotropies_and_volumes", "phases_of", "planning_indexes", "record_planning"]
 

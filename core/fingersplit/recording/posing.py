@@ -1,5 +1,7 @@
 """Where every part of a hand stands over many states at once."""
 
+from itertools import islice
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
@@ -25,16 +27,17 @@ def pose_shapes(
     """
     arrays = hand.arrays
     links = {(-1, 0): (palm_rotations, palm_positions)}
-    for finger, count in enumerate(arrays.joint_counts):
+    for finger, count in enumerate(arrays.joint_counts[: arrays.finger_count]):
         rotation, position = palm_rotations, palm_positions
         for j in range(count):
             position = position + rotation @ arrays.positions[finger, j]
             angles = joints[:, arrays.joint_indices[finger, j]]
-            turn = Rotation.from_rotvec(angles[:, None] * arrays.axes[finger, j]).as_matrix()
+            turn = Rotation.from_rotvec(np.outer(angles, (0, 0, 1))).as_matrix()
             rotation = rotation @ arrays.rotations[finger, j] @ turn  # (T, 3, 3)
             links[finger, j] = rotation, position
     rotations, positions = [], []
-    for k, carrier in enumerate(zip(arrays.shape_fingers.tolist(), arrays.shape_links.tolist(), strict=True)):
+    carriers = zip(arrays.shape_fingers.tolist(), arrays.shape_links.tolist(), strict=True)
+    for k, carrier in enumerate(islice(carriers, arrays.shape_count)):
         rotation, position = links[carrier]
         rotations.append(rotation @ arrays.shape_rotations[k])
         positions.append(position + rotation @ arrays.shape_positions[k])

@@ -148,7 +148,7 @@ def _log_bodies(stream: rr.RecordingStream, model: ObjectModel, hand: Hand, run:
     stream.log("world", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
     _log_mesh(stream, "world/object", shade_object(model.mesh), colors.OBJECT)
     for entity, mesh, carrier in zip(
-        _hand_entities(hand), shade_hand(hand), hand.arrays.shape_fingers.tolist(), strict=True
+        _hand_entities(hand), shade_hand(hand), hand.arrays.shape_fingers.tolist()[: len(hand.shape_names)], strict=True
     ):
         _log_mesh(stream, entity, mesh, colors.PALM if carrier < 0 else colors.LINK)
     cone = trimesh.creation.cone(radius=friction * CONE_HEIGHT, height=CONE_HEIGHT, sections=32)

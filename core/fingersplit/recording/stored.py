@@ -11,8 +11,7 @@ from fingersplit.recording.moving_picture import draw_moving_picture, draw_thumb
 from fingersplit.recording.picture import QualityCurve, draw_grasp
 from fingersplit.recording.recorded_run import RecordedRun
 from fingersplit.recording.scene import GraspView
-from fingersplit.splitting.state import QUALITY
-from fingersplit.splitting.trace import PHASE_NAMES, Trace
+from fingersplit.splitting.trace import PHASE_NAMES, QUALITY, Trace
 
 __all__ = ["animate_stored", "draw_stored", "record_stored", "thumbnail_stored"]
 

@@ -8,7 +8,7 @@ from fingersplit.recording import colors
 from fingersplit.recording.lift_rows import Lift
 from fingersplit.recording.planning_rows import phases_of
 from fingersplit.recording.recorded_run import RecordedRun
-from fingersplit.splitting.state import QUALITY
+from fingersplit.splitting.trace import QUALITY
 
 __all__ = ["log_story"]
 
@@ -80,7 +80,8 @@ def _summary(title: str, run: RecordedRun) -> str:
         if report is not None:
             lines += [f"**{who}**: {_verdict(report)}", ""]
     lines += ["| metric | value |", "|---|---|"]
-    lines += [f"| {name.replace('_', ' ')} | {value:.5g} |" for name, value in document["metrics"].items()]
+    known = {name: value for name, value in document["metrics"].items() if value is not None}
+    lines += [f"| {name.replace('_', ' ')} | {value:.5g} |" for name, value in known.items()]
     iterations = document["iterations"]
     lines += [f"| rounds, CPO, PPO | {iterations['outer']}, {iterations['cpo']}, {iterations['ppo']} |"]
     return "\n".join(lines)

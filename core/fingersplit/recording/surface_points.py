@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from fingersplit.compilation import kernel
 from fingersplit.hands.hand import Hand
-from fingersplit.hands.shapes import bounding_radius, shape_distance
+from fingersplit.hands.shapes import shape_distance
 from fingersplit.objects.model import ObjectModel
 from fingersplit.objects.surface import closest
 from fingersplit.vectors import get, norm, put, rotate_back, subtract
@@ -29,7 +29,9 @@ def hit_points(
     """
     points = model.collision.points
     inside = np.zeros((len(rotations), len(points)), dtype=np.bool_)
-    _mark_inside(hand.arrays.shape_kinds, hand.arrays.shape_sizes, rotations, positions, points, inside)
+    count = hand.arrays.shape_count
+    kinds, sizes = hand.arrays.shape_kinds[:count], hand.arrays.shape_sizes[:count]
+    _mark_inside(kinds, sizes, rotations, positions, points, inside)
     return [points[row] for row in inside]
 
 
@@ -44,7 +46,7 @@ def reference_points(model: ObjectModel, points: NDArray[np.float64]) -> NDArray
 def _mark_inside(kinds, sizes, rotations, positions, points, inside):
     for row in range(len(rotations)):
         for k in range(kinds.size):
-            center, reach = get(positions[row], k), bounding_radius(kinds[k], sizes[k])
+            center, reach = get(positions[row], k), sizes[k].sum()  # encloses the shape, whatever its kind
             for i in range(len(points)):
                 offset = subtract(get(points, i), center)
                 if not inside[row, i] and norm(offset) < reach:

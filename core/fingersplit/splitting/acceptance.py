@@ -5,7 +5,7 @@ the quality test waits while a fingertip is still being pulled to the surface, s
 """
 
 from fingersplit.compilation import kernel
-from fingersplit.splitting.state import PENETRATION, QUALITY, measure_collision
+from fingersplit.splitting.state import measure_collision
 
 __all__ = [
     "CONTINUE",
@@ -25,27 +25,45 @@ LEAST_PULL = 0.01
 
 
 @kernel
-def judge(settings, state, candidate, least_increase):
-    """Quality and pad angles of ``candidate`` against ``state``; CONTINUE when both allow the step."""
-    before, after = state.residuals.max(), candidate.residuals.max()
-    pulled = before > settings.contact_tolerance and after < (1.0 - LEAST_PULL) * before
-    if not pulled and candidate.scores[QUALITY] - state.scores[QUALITY] <= least_increase:
+def judge(problem, state, candidate, least_increase, work, phase):
+    """Whether ``candidate`` may follow ``state``: CONTINUE, or what refuses it.
+
+    Its collisions are measured here: first when potentials make them part of the merit, else last.
+    """
+    hand, settings = problem.hand, problem.settings
+    if settings.potentials:
+        measure_collision(problem, candidate, work, phase)
+    rises = candidate.merit - state.merit > least_increase
+    if not rises and not _pulled(hand, settings, state, candidate):
         return STOPPED_RISING
-    return judge_pads(settings, state, candidate)
+    pads = judge_pads(hand, settings, state, candidate)
+    if pads != CONTINUE:
+        return pads
+    if not settings.potentials:
+        measure_collision(problem, candidate, work, phase)
+    return judge_collision(settings, state, candidate)
 
 
 @kernel
-def judge_pads(settings, state, candidate):
+def _pulled(hand, settings, state, candidate):
+    """Whether a fingertip that is off the surface is being pulled there."""
+    before, after = 0.0, 0.0
+    for finger in range(hand.finger_count):
+        before, after = max(before, state.residuals[finger]), max(after, candidate.residuals[finger])
+    return before > settings.contact_tolerance and after < (1.0 - LEAST_PULL) * before
+
+
+@kernel
+def judge_pads(hand, settings, state, candidate):
     """Pad angles of ``candidate`` against ``state``."""
-    for finger in range(state.pad_angles.size):
+    for finger in range(hand.finger_count):
         if candidate.pad_angles[finger] > max(settings.pad_angle_limit, state.pad_angles[finger]):
             return REACHED_PAD_ANGLE
     return CONTINUE
 
 
 @kernel
-def judge_collision(problem, state, candidate):
-    """Penetration of ``candidate``, measured here, against ``state``."""
-    measure_collision(problem, candidate)
-    allowed = max(problem.settings.penetration_tolerance, state.scores[PENETRATION])
-    return REACHED_COLLISION if candidate.scores[PENETRATION] > allowed else CONTINUE
+def judge_collision(settings, state, candidate):
+    """Penetration of ``candidate`` against ``state``, both measured."""
+    allowed = max(settings.penetration_tolerance, state.penetration)
+    return REACHED_COLLISION if candidate.penetration > allowed else CONTINUE

@@ -1,15 +1,19 @@
-"""Unexpected contact: how deep surface points lie inside the links of the hand."""
+"""Unexpected contact: how far the links are from the object, and how deep its surface lies inside them."""
 
 import math
 
 from fingersplit.compilation import kernel
-from fingersplit.hands.kernel import place_shapes
-from fingersplit.hands.shapes import bounding_radius, shape_distance
+from fingersplit.hands.kernel import place_shape, place_sphere
+from fingersplit.hands.shapes import shape_distance, shape_distance_gradient
 from fingersplit.objects.grid import cell_range
+from fingersplit.objects.signed_distance import least_distance, rough_distance
 from fingersplit.objects.surface import touch
-from fingersplit.vectors import add, cross, get, norm, rotate_back, scale, subtract
+from fingersplit.vectors import add, cross, get, norm, put, rotate, rotate_back, scale, subtract
 
-__all__ = ["penetration", "refined_penetration"]
+__all__ = ["RANGE", "measure_clearances", "refined_penetration", "rough_penetration"]
+
+RANGE = 4e-3
+"""[m]; a link farther from the object has no clearance to speak of."""
 
 DIRECTIONS = 8
 """Ways along the surface that the refinement tries from a point."""
@@ -22,37 +26,92 @@ LEAST_REFINED = 1e-4
 
 
 @kernel
-def penetration(hand, pose, grid):
-    """Depth [m] of the deepest point of ``grid`` inside any link or the palm; 0 when all are outside.
+def measure_clearances(hand, state, grid, distance, rotation):
+    """Clearance of every collision shape from the points of ``grid``, and the deepest penetration, into ``state``.
 
-    [Fan2018] section III-A3: points against links made of boxes, cylinders and capsules. A link that only meets cells
-    without points costs next to nothing.
+    [Fan2018] section III-A3: points against links made of boxes, cylinders and capsules. The signed distance grid tells
+    which of the spheres that cover a shape may meet the surface at all; only points inside those are looked at.
+
+    Args:
+        hand: ``HAND`` record.
+        state: ``STATE`` record whose pose is up to date.
+        grid: Points on the object's surface.
+        distance: ``DistanceGrid`` of the object.
+        rotation: Scratch, (3, 3).
     """
-    place_shapes(hand, pose)
+    deepest, sphere = 0.0, 0
+    for shape in range(hand.shape_count):
+        nearest, point, placed, center = RANGE, -1, False, (0.0, 0.0, 0.0)
+        while sphere < hand.sphere_count and hand.sphere_shapes[sphere] == shape:
+            middle, radius = place_sphere(hand, state, sphere), hand.sphere_radii[sphere] + RANGE
+            if least_distance(distance, middle) < radius:
+                if not placed:
+                    placed, center = True, place_shape(hand, state, shape, rotation)
+                kind, size = hand.shape_kinds[shape], hand.shape_sizes[shape]
+                nearest, point = _nearest_to_shape(kind, size, rotation, center, grid, middle, radius, nearest, point)
+            sphere += 1
+        state.clearances[shape] = nearest if point >= 0 else math.inf
+        if point >= 0:
+            met = get(grid.points, point)
+            local = rotate_back(rotation, subtract(met, center))
+            gradient = shape_distance_gradient(hand.shape_kinds[shape], hand.shape_sizes[shape], local)
+            put(state.clearance_points, shape, met)
+            put(state.clearance_normals, shape, rotate(rotation, gradient))
+            deepest = max(deepest, -nearest)
+    state.penetration = deepest
+
+
+@kernel
+def rough_penetration(hand, pose, distance):
+    """About how deep the hand is in the object [m], from spheres inside its links: cheap, and right to a few mm."""
     deepest = 0.0
-    for k in range(hand.shape_kinds.size):
-        center = get(pose.shape_positions, k)
-        depth, _ = _deepest_in_shape(hand.shape_kinds[k], hand.shape_sizes[k], pose.shape_rotations[k], center, grid)
+    for sphere in range(hand.sphere_count):
+        depth = hand.sphere_insides[sphere] - rough_distance(distance, place_sphere(hand, pose, sphere))
         deepest = max(deepest, depth)
     return deepest
 
 
 @kernel
-def refined_penetration(hand, pose, surface):
-    """As ``penetration`` with every sample, but between them too: the depth [m] of the triangles inside the hand.
+def refined_penetration(hand, pose, surface, distance, rotation):
+    """Depth [m] of the object's triangles inside the hand: all samples, and the surface between them.
 
     In each shape the deepest sample climbs along the surface to the deepest point about it, by a pattern search.
+    Arguments as ``measure_clearances``.
     """
-    place_shapes(hand, pose)
-    deepest = 0.0
-    for k in range(hand.shape_kinds.size):
-        kind, size = hand.shape_kinds[k], hand.shape_sizes[k]
-        rotation, center = pose.shape_rotations[k], get(pose.shape_positions, k)
-        depth, sample = _deepest_in_shape(kind, size, rotation, center, surface.grid)
+    deepest, sphere = 0.0, 0
+    for shape in range(hand.shape_count):
+        kind, size = hand.shape_kinds[shape], hand.shape_sizes[shape]
+        nearest, sample, center = 0.0, -1, place_shape(hand, pose, shape, rotation)
+        while sphere < hand.sphere_count and hand.sphere_shapes[sphere] == shape:
+            middle, radius = place_sphere(hand, pose, sphere), hand.sphere_radii[sphere]
+            if least_distance(distance, middle) < radius:
+                nearest, sample = _nearest_to_shape(
+                    kind, size, rotation, center, surface.grid, middle, radius, nearest, sample
+                )
+            sphere += 1
+        depth = -nearest
         if depth > LEAST_REFINED:
             depth = _climb(kind, size, rotation, center, surface, depth, sample)
         deepest = max(deepest, depth)
     return deepest
+
+
+@kernel
+def _nearest_to_shape(kind, size, rotation, center, grid, middle, radius, nearest, index):
+    """The point of ``grid`` in a ball that is nearest to a shape, and its distance [m], unless ``index`` is nearer."""
+    low, high = cell_range(grid, middle, radius)
+    for x in range(low[0], high[0]):
+        for y in range(low[1], high[1]):
+            row = (x * grid.shape[1] + y) * grid.shape[2]
+            for i in range(grid.starts[row + low[2]], grid.starts[row + high[2]]):
+                point = get(grid.points, i)
+                offset = subtract(point, middle)
+                if offset[0] ** 2 + offset[1] ** 2 + offset[2] ** 2 < radius * radius:
+                    local = rotate_back(rotation, subtract(point, center))
+                    distance = shape_distance(kind, size, local[0], local[1], local[2])
+                    if distance < nearest:
+                        nearest, index = distance, i
+    return nearest, index
 
 
 @kernel
@@ -70,33 +129,9 @@ def _climb(kind, size, rotation, center, surface, depth, sample):
                 angle = 2.0 * math.pi * k / DIRECTIONS
                 along = add(scale(step * math.cos(angle), first), scale(step * math.sin(angle), second))
                 _, reached = touch(surface, add(point, along), sample)
-                there = _depth(kind, size, rotation, subtract(reached, center))
+                local = rotate_back(rotation, subtract(reached, center))
+                there = -shape_distance(kind, size, local[0], local[1], local[2])
                 if there > depth + LEAST_CLIMB:
                     depth, point, moved = there, reached, True
         step *= 0.5
     return depth
-
-
-@kernel
-def _deepest_in_shape(kind, size, rotation, center, grid):
-    """Depth [m] and index of the deepest point inside a shape; (0, -1) when none is inside."""
-    radius = bounding_radius(kind, size)
-    low, high = cell_range(grid, center, radius)
-    deepest, index = 0.0, -1
-    for x in range(low[0], high[0]):
-        for y in range(low[1], high[1]):
-            row = (x * grid.shape[1] + y) * grid.shape[2]
-            for m in range(grid.starts[row + low[2]], grid.starts[row + high[2]]):
-                offset = subtract(get(grid.points, grid.members[m]), center)
-                if offset[0] ** 2 + offset[1] ** 2 + offset[2] ** 2 < radius * radius:
-                    depth = _depth(kind, size, rotation, offset)
-                    if depth > deepest:
-                        deepest, index = depth, grid.members[m]
-    return deepest, index
-
-
-@kernel
-def _depth(kind, size, rotation, offset):
-    """How deep a point lies in a shape [m], negative outside; ``offset`` leads there from the shape's centre."""
-    local = rotate_back(rotation, offset)
-    return -shape_distance(kind, size, local[0], local[1], local[2])

@@ -3,11 +3,13 @@
 import math
 
 from fingersplit.compilation import kernel
+from fingersplit.hands.kernel import move_fingers
 from fingersplit.objects.surface import closest
 from fingersplit.quality.objective import manipulability_gradient, object_quality_gradient
-from fingersplit.splitting.acceptance import CONTINUE, REACHED_ITERATION_LIMIT, judge, judge_collision
+from fingersplit.splitting.acceptance import CONTINUE, REACHED_ITERATION_LIMIT, judge
 from fingersplit.splitting.clock import seconds
-from fingersplit.splitting.state import QUALITY, attach_contacts, copy_state, evaluate, place_hand
+from fingersplit.splitting.potential import add_penalty_gradient
+from fingersplit.splitting.state import attach_contacts, evaluate
 from fingersplit.splitting.trace import CPO, record, record_contact_steps
 from fingersplit.splitting.tracking import STATIONARY, at_limit, track
 from fingersplit.vectors import add, get, scale, solve_positive_definite, subtract
@@ -18,46 +20,46 @@ LINE_SEARCH_HALVINGS = 4
 
 
 @kernel
-def optimize_contacts(problem, state, candidate, trial, work, trace):
-    """Climb Q over contacts and joints until it stops rising or a constraint is met.
+def optimize_contacts(problem, states, work, trace):
+    """Climb the merit over contacts and joints until it stops rising or a constraint is met.
+
+    At the paper's fidelity every step is as long as the trust region, and the first one that is refused ends the phase.
+    The default lets the trust region grow with success and shrink with refusals, down to ``least_trust_region``.
 
     Args:
         problem: ``Problem``.
-        state: ``GraspState``; holds the last accepted state on return.
-        candidate: Room for a state.
-        trial: Room for a state, used by the line search.
-        work: ``Work``.
-        trace: ``TraceArrays``; every accepted state is recorded.
+        states: Three ``STATE`` records: the first holds the last accepted state on return, the others are scratch.
+        work: ``WORK`` record.
+        trace: ``TraceRows``; every accepted state is recorded.
 
     Returns:
-        Why it stopped (``acceptance``) and the number of tangent searches, the rejected last one included.
+        Why it stopped (``acceptance``) and the number of tangent searches, the rejected ones included.
     """
-    settings = problem.settings
+    settings, radius, verdict = problem.settings, problem.settings.cpo_trust_region, REACHED_ITERATION_LIMIT
     for iteration in range(1, settings.max_inner_iterations + 1):
         started = seconds(work.clock)
-        tangent_step(problem.hand, settings, state, work)  # line 3
+        tangent_step(problem.hand, settings, problem.center, states[0], work, radius)  # line 3
         searched = seconds(work.clock)
-        _project(problem, state, 1.0, candidate, work)  # lines 4 to 6
+        _project(problem, states[0], 1.0, states[1], work)  # lines 4 to 6
         if settings.line_search:
-            _search_line(problem, state, candidate, trial, work)
-        verdict = judge(settings, state, candidate, settings.cpo_least_increase)  # line 7
-        projected = seconds(work.clock)
-        if verdict == CONTINUE:
-            verdict = judge_collision(problem, state, candidate)
-        ended = seconds(work.clock)
+            _search_line(problem, states, work)
+        verdict = judge(problem, states[0], states[1], settings.cpo_least_increase, work, CPO)  # line 7
         work.times[0] += searched - started
-        work.times[1] += projected - searched
-        work.times[2] += ended - projected
-        if verdict != CONTINUE:  # line 8
-            return verdict, iteration
-        copy_state(state, candidate)  # line 9
-        record(trace, CPO, state)
-        record_contact_steps(trace, work.contact_step)
+        work.times[1] += seconds(work.clock) - searched
+        if verdict == CONTINUE:
+            states[0] = states[1]  # line 9
+            record(trace, CPO, states[0])
+            record_contact_steps(trace, work.contact_step)
+            radius = min(settings.trust_region_growth * radius, settings.cpo_trust_region)
+        else:
+            radius *= settings.trust_region_shrink
+            if radius < settings.least_trust_region:  # line 8
+                return verdict, iteration
     return REACHED_ITERATION_LIMIT, settings.max_inner_iterations
 
 
 @kernel
-def tangent_step(hand, settings, state, work):
+def tangent_step(hand, settings, center, state, work, radius):
     """Line 3: the step d* = alpha* d_0 of eq. (4) with alpha* = sigma_cpo / |d_0| into ``work.contact_step``.
 
     Eq. (4) projects the gradient (g_c, g_q) of Q on {d_c = J d_q, n^T d_c = 0}. The constraints couple no two fingers,
@@ -65,31 +67,37 @@ def tangent_step(hand, settings, state, work):
 
         minimise |J d_q - g_c|^2 + |d_q - g_q|^2  subject to  n^T J d_q = 0.
 
-    A joint at its limit and pushed outwards leaves the active set and the problem is solved again.
+    A joint at its limit and pushed outwards leaves the active set and the problem is solved again. ``radius`` is
+    sigma_cpo.
     """
-    object_quality_gradient(state.contacts, work.contact_gradient)
-    manipulability_gradient(hand, state.pose.joints, work.joint_gradient)
+    fingers = hand.finger_count
+    object_quality_gradient(state.contacts, fingers, work.contact_gradient)
+    manipulability_gradient(hand, state.joints, work.joint_gradient)
     work.contact_gradient[:] *= settings.object_weight
     work.joint_gradient[:] *= settings.hand_weight
+    add_penalty_gradient(hand, settings, state, center, work)
     squared, steepest = 0.0, 0.0
-    for finger in range(len(state.contacts)):
+    for finger in range(fingers):
         _finger_step(hand, state, finger, work)
         for k in range(3):
             squared += work.contact_step[finger, k] ** 2
             steepest += work.contact_gradient[finger, k] ** 2
-    for j in range(hand.lower.size):
+    for j in range(hand.joint_count):
         squared += work.joint_step[j] ** 2
         steepest += work.joint_gradient[j] ** 2
     moves = squared > STATIONARY**2 * steepest
-    alpha = settings.cpo_trust_region / math.sqrt(squared) if moves else 0.0
-    work.contact_step[:] *= alpha
-    work.joint_step[:] *= alpha
+    alpha = radius / math.sqrt(squared) if moves else 0.0
+    for finger in range(fingers):
+        for k in range(3):
+            work.contact_step[finger, k] *= alpha
+    for j in range(hand.joint_count):
+        work.joint_step[j] *= alpha
 
 
 @kernel
 def _finger_step(hand, state, finger, work):
     """One finger's part of d_0: solves (J^T J + I) d_q = J^T g_c + g_q - lambda J^T n for d_q, lambda."""
-    count, J, frozen = hand.joint_counts[finger], state.pose.jacobians[finger], work.frozen
+    count, J, frozen = hand.joint_counts[finger], state.jacobians[finger], work.frozen
     g, n, H, B = get(work.contact_gradient, finger), get(state.normals, finger), work.matrix, work.columns
     for i in range(count):
         frozen[i] = False
@@ -116,7 +124,7 @@ def _finger_step(hand, state, finger, work):
         for i in range(count):
             j = hand.joint_indices[finger, i]
             work.joint_step[j] = B[i, 0] - multiplier * B[i, 1]
-            if not frozen[i] and at_limit(hand, state.pose.joints, j, work.joint_step[j]):
+            if not frozen[i] and at_limit(hand, state.joints, j, work.joint_step[j]):
                 frozen[i], changed = True, True
         if not changed:
             break
@@ -129,25 +137,27 @@ def _finger_step(hand, state, finger, work):
 @kernel
 def _project(problem, state, fraction, candidate, work):
     """Lines 4 to 6: from the tangent step, times ``fraction``, back to fingertips on the surface, in ``candidate``."""
-    hand, gain = problem.hand, problem.settings.cpo_gain * problem.settings.time_step
-    copy_state(candidate, state)
-    for finger in range(len(state.contacts)):
+    hand, settings = problem.hand, problem.settings
+    gain = settings.cpo_gain * settings.time_step
+    candidate.palm_rotation[:], candidate.palm_position[:] = state.palm_rotation, state.palm_position
+    candidate.samples[:] = state.samples
+    for finger in range(hand.finger_count):
         reached = add(get(state.contacts, finger), scale(fraction, get(work.contact_step, finger)))
         _, reference, normal = closest(problem.surface, reached, state.samples[finger])
         target = add(reference, scale(hand.pad_radii[finger], normal))
-        displacement = scale(gain, subtract(target, get(state.pose.pads, finger)))
-        track(hand, state.pose, finger, displacement, work, candidate.pose.joints)
-    place_hand(problem, candidate, work)
-    attach_contacts(problem, candidate)
-    evaluate(problem, candidate)
+        displacement = scale(gain, subtract(target, get(state.pads, finger)))
+        track(hand, state, finger, displacement, work, candidate.joints)
+    move_fingers(hand, candidate)
+    attach_contacts(problem.surface, hand, candidate)
+    evaluate(hand, settings, candidate)
 
 
 @kernel
-def _search_line(problem, state, candidate, trial, work):
-    """F_ls = 1: the best of the full step, already in ``candidate``, and its halvings."""
+def _search_line(problem, states, work):
+    """F_ls = 1: the best of the full step, already in ``states[1]``, and its halvings."""
     fraction = 1.0
     for _ in range(LINE_SEARCH_HALVINGS):
         fraction *= 0.5
-        _project(problem, state, fraction, trial, work)
-        if trial.scores[QUALITY] > candidate.scores[QUALITY]:
-            copy_state(candidate, trial)
+        _project(problem, states[0], fraction, states[2], work)
+        if states[2].quality > states[1].quality:
+            states[1] = states[2]

@@ -1,142 +1,208 @@
 """The Map of Algorithm 3, line 2: a parallel grasp becomes a start for the multi-fingered hand.
 
 The palm takes the gripper's place: its approach axis along v_ap, its jaw axis through c_1 and c_2, the fingers of
-either group about their jaw's contact. How far the palm stands off and how the fingers are preshaped is searched; the
-best of all combinations by reach, pad alignment and clearance is the start.
+either group about their jaw's contact. How far the palm stands off and how the fingers are preshaped is searched: all
+combinations are screened with the joints that the hand's jaw table knows, by reach, pad alignment and clearance; the
+best few are brought to the surface, and the best of those is the start.
 """
 
 import math
 
 from fingersplit.compilation import kernel
+from fingersplit.hands.kernel import move_fingers
+from fingersplit.objects.signed_distance import sample_near
 from fingersplit.objects.surface import closest
-from fingersplit.splitting.state import (
-    PENETRATION,
-    attach_contacts,
-    copy_state,
-    evaluate,
-    measure_collision,
-    pad_target,
-    place_hand,
-)
+from fingersplit.splitting.collision import rough_penetration
+from fingersplit.splitting.state import attach_contacts, evaluate, measure_collision, pad_target
+from fingersplit.splitting.trace import MAP
 from fingersplit.splitting.tracking import track
 from fingersplit.vectors import add, cross, dot, get, norm, put, scale, subtract
 
-__all__ = ["map_grasp"]
+__all__ = ["REFINED", "map_grasp", "screen_grasp"]
 
-REACH_ITERATIONS = 5
-ATTACHED_ITERATIONS = 4
-REACH_SCALE = 2e-3
-"""[m]; a fingertip this far from its contact costs 1."""
+REFINED = 2
+"""Combinations of preshape and standoff that are brought to the surface."""
+REACH_ITERATIONS = 2
+ATTACHED_ITERATIONS = 3
 PAD_ANGLE_SCALE = 0.4
 """[rad]; a pad tilted this much costs 1."""
-OUT_OF_REACH = 0.02
-"""[m]; a start whose fingertips stay farther from their contacts is dropped."""
+REACH_SCALE = 2e-3
+"""[m]; a fingertip this far from its contact costs 1."""
+SCREENING_REACH_SCALE = 8e-3
+"""[m]; the same before the fingertips have moved."""
+FARTHEST_TABLED = 0.01
+"""[m]; entries of the jaw table whose pads stay farther from the contacts are out of reach."""
 CLEARANCE_SCALE = 2e-3
 """[m]; a link this deep in the object costs 1."""
+EXACTLY_AIMED = 5e-3
+"""[m]; aims beside the object are farther off and need not be exact."""
+SCREENING_CLEARANCE_SCALE = 4e-3
+"""[m]; the same as the screening sees it."""
+OUT_OF_REACH = 0.02
+"""[m]; a start whose fingertips stay farther from their contacts is dropped."""
 
 
 @kernel
-def map_grasp(problem, gripper, first, second, approach, standoffs, state, candidate, aim, work):
-    """Best start for the jaw contacts ``first`` and ``second``.
+def screen_grasp(problem, table, first, second, approach, states, work, costs, choices):
+    """The ``REFINED`` most promising combinations of preshape and standoff for the jaw contacts of a parallel grasp.
+
+    Reach and alignment of all combinations come first; collisions, which cost more, are measured from the best on until
+    no other can get among the chosen.
 
     Args:
         problem: ``Problem``.
-        gripper: ``GripperArrays`` of the hand.
+        table: ``JawTable`` of the hand.
         first: Contact of the fingers in group 0 [m].
         second: Contact of the fingers in group 1 [m].
         approach: Direction of travel towards the object.
-        standoffs: Distances of the jaw centre from the palm origin to try, (S,) [m].
-        state: Gets the best start.
-        candidate: Room for a state.
-        aim: Room for a state.
-        work: ``Work``.
+        states: Scratch, one ``STATE`` record.
+        work: ``WORK`` record.
+        costs: Gets their costs in rising order, infinite where there is none, (REFINED,).
+        choices: Gets preshape and standoff of each, -1 where there is none, (REFINED, 2) int64.
+    """
+    hand, settings, state = problem.hand, problem.settings, states[0]
+    lateral, jaw, forward, middle, opening = _jaw_frame(first, second, approach)
+    costs[:] = math.inf
+    choices[:] = -1
+    w = _opening_index(table, opening)
+    if w < 0:
+        return
+    combinations = work.combinations
+    for p in range(len(table.joints)):
+        _aim(problem, table, p, first, second, lateral, state)
+        for h in range(len(table.standoffs)):
+            combinations[p, h] = math.inf
+            if table.errors[p, w, h] < FARTHEST_TABLED:
+                _place(hand, table, p, w, h, lateral, jaw, forward, middle, state)
+                evaluate(hand, settings, state)
+                combinations[p, h] = _cost(hand, state, SCREENING_REACH_SCALE)
+    while True:
+        p, h = _cheapest(combinations, len(table.joints), len(table.standoffs))
+        cost = combinations[p, h]
+        if not cost < costs[-1]:
+            return
+        combinations[p, h] = math.inf
+        _place(hand, table, p, w, h, lateral, jaw, forward, middle, state)
+        depth = rough_penetration(hand, state, problem.distance)
+        _insert(costs, choices, cost + (depth / SCREENING_CLEARANCE_SCALE) ** 2, p, h)
+
+
+@kernel
+def map_grasp(problem, table, first, second, approach, choices, states, work):
+    """The start of a screened parallel grasp into ``states[0]``; ``states[1]`` is scratch.
 
     Returns:
-        Cost of the start, sum of squares over the scales above; infinite when no standoff brings the fingertips near.
+        Cost of the start, sum of squares over the scales above; infinite when the fingertips do not come near.
     """
-    jaw = subtract(first, second)
-    jaw = scale(1.0 / norm(jaw), jaw)
-    approach = subtract(approach, scale(dot(approach, jaw), jaw))
-    if norm(approach) < 1e-6:
-        return math.inf
-    approach = scale(1.0 / norm(approach), approach)
-    lateral = cross(jaw, approach)
-    middle = scale(0.5, add(first, second))
+    hand, settings, candidate = problem.hand, problem.settings, states[1]
+    lateral, jaw, forward, middle, opening = _jaw_frame(first, second, approach)
+    w = _opening_index(table, opening)
     best = math.inf
-    for preshape in gripper.preshapes:
-        _place_palm(gripper, lateral, jaw, approach, middle, standoffs[0], candidate.pose)
-        candidate.pose.joints[:] = preshape
-        place_hand(problem, candidate, work)
-        _aim(problem, gripper, first, second, middle, lateral, candidate, aim)
-        for standoff in standoffs:
-            _place_palm(gripper, lateral, jaw, approach, middle, standoff, candidate.pose)
-            candidate.pose.joints[:] = preshape
-            place_hand(problem, candidate, work)
-            candidate.contacts[:], candidate.normals[:], candidate.samples[:] = aim.contacts, aim.normals, aim.samples
-            _reach(problem, REACH_ITERATIONS, False, candidate, work)
-            evaluate(problem, candidate)
-            if candidate.residuals.max() > OUT_OF_REACH:
-                continue
-            _reach(problem, ATTACHED_ITERATIONS, True, candidate, work)
-            evaluate(problem, candidate)
-            if _cost(candidate) < best:
-                measure_collision(problem, candidate)
-                cost = _cost(candidate) + (candidate.scores[PENETRATION] / CLEARANCE_SCALE) ** 2
-                if cost < best:
-                    best = cost
-                    copy_state(state, candidate)
+    for choice in choices:
+        p, h = choice
+        if p < 0:
+            continue
+        _aim(problem, table, p, first, second, lateral, candidate)
+        _place(hand, table, p, w, h, lateral, jaw, forward, middle, candidate)
+        _reach(problem, REACH_ITERATIONS, False, candidate, work)
+        _reach(problem, ATTACHED_ITERATIONS, True, candidate, work)
+        evaluate(hand, settings, candidate)
+        if candidate.residuals[: hand.finger_count].max() > OUT_OF_REACH:
+            continue
+        measure_collision(problem, candidate, work, MAP)
+        cost = _cost(hand, candidate, REACH_SCALE) + (candidate.penetration / CLEARANCE_SCALE) ** 2
+        if cost < best:
+            best = cost
+            states[0] = states[1]
     return best
 
 
 @kernel
-def _place_palm(gripper, lateral, jaw, approach, middle, standoff, pose):
-    """``object_from_palm`` that puts the jaw centre at ``middle``."""
-    W = gripper.palm_from_gripper
-    for i in range(3):
-        for k in range(3):
-            pose.palm_rotation[i, k] = lateral[i] * W[k, 0] + jaw[i] * W[k, 1] + approach[i] * W[k, 2]
-    for i in range(3):
-        offset = gripper.center[0] * lateral[i] + gripper.center[1] * jaw[i] + standoff * approach[i]
-        pose.palm_position[i] = middle[i] - offset
+def _opening_index(table, opening):
+    """The nearest opening of the table; -1 when it has none near."""
+    w = round((opening - table.openings[0]) / (table.openings[1] - table.openings[0]))
+    return w if 0 <= w < len(table.openings) else -1
 
 
 @kernel
-def _aim(problem, gripper, first, second, middle, lateral, state, aim):
+def _cheapest(combinations, preshapes, standoffs):
+    best = (0, 0)
+    for p in range(preshapes):
+        for h in range(standoffs):
+            if combinations[p, h] < combinations[best]:
+                best = (p, h)
+    return best
+
+
+@kernel
+def _jaw_frame(first, second, approach):
+    """Lateral, jaw and approach axis of a parallel grasp, the middle of its contacts and their distance [m]."""
+    jaw = subtract(first, second)
+    opening = norm(jaw)
+    jaw = scale(1.0 / opening, jaw)
+    forward = subtract(approach, scale(dot(approach, jaw), jaw))
+    forward = scale(1.0 / norm(forward), forward)
+    return cross(jaw, forward), jaw, forward, scale(0.5, add(first, second)), opening
+
+
+@kernel
+def _place(hand, table, p, w, h, lateral, jaw, forward, middle, state):
+    """Palm with the jaw centre at ``middle`` and joints of a table entry."""
+    W = table.palm_from_gripper
+    x, y, z = table.center[0], table.center[1], table.standoffs[h]
+    for i in range(3):
+        for k in range(3):
+            state.palm_rotation[i, k] = lateral[i] * W[k, 0] + jaw[i] * W[k, 1] + forward[i] * W[k, 2]
+        state.palm_position[i] = middle[i] - (x * lateral[i] + y * jaw[i] + z * forward[i])
+    state.joints[: hand.joint_count] = table.joints[p, w, h]
+    move_fingers(hand, state)
+
+
+@kernel
+def _aim(problem, table, p, first, second, lateral, state):
     """Contacts of the fingers: about their jaw's contact, as far to the side as their pads stand in the preshape."""
-    for group in range(2):
-        mean, count = 0.0, 0
-        for finger in range(gripper.groups.size):
-            if gripper.groups[finger] == group:
-                mean += dot(lateral, subtract(get(state.pose.pads, finger), middle))
-                count += 1
-        mean /= count
-        jaw_contact = first if group == 0 else second
-        for finger in range(gripper.groups.size):
-            if gripper.groups[finger] == group:
-                aside = dot(lateral, subtract(get(state.pose.pads, finger), middle)) - mean
-                sample, point, normal = closest(problem.surface, add(jaw_contact, scale(aside, lateral)), -1)
-                aim.samples[finger] = sample
-                put(aim.contacts, finger, point)
-                put(aim.normals, finger, normal)
+    for finger in range(problem.hand.finger_count):
+        jaw_contact = first if table.groups[finger] == 0 else second
+        aimed = add(jaw_contact, scale(table.asides[p, finger], lateral))
+        sample = sample_near(problem.distance, aimed)
+        point, normal = get(problem.surface.grid.points, sample), get(problem.surface.normals, sample)
+        if norm(subtract(aimed, point)) < EXACTLY_AIMED:
+            sample, point, normal = closest(problem.surface, aimed, sample)
+        state.samples[finger] = sample
+        put(state.contacts, finger, point)
+        put(state.normals, finger, normal)
 
 
 @kernel
 def _reach(problem, iterations, attached, state, work):
     """Full tracking steps of all fingers towards their contacts, which follow the fingertips when ``attached``."""
+    hand = problem.hand
     for _ in range(iterations):
-        for finger in range(len(state.contacts)):
-            error = subtract(pad_target(problem.hand, state, finger), get(state.pose.pads, finger))
+        for finger in range(hand.finger_count):
+            error = subtract(pad_target(hand, state, finger), get(state.pads, finger))
             # Aside first: track reads the old angles again for every joint that meets its limit.
-            track(problem.hand, state.pose, finger, error, work, work.joint_step)
-        state.pose.joints[:] = work.joint_step
-        place_hand(problem, state, work)
+            track(hand, state, finger, error, work, work.joint_step)
+        state.joints[:] = work.joint_step
+        move_fingers(hand, state)
         if attached:
-            attach_contacts(problem, state)
+            attach_contacts(problem.surface, hand, state)
 
 
 @kernel
-def _cost(state):
+def _cost(hand, state, reach_scale):
     cost = 0.0
-    for finger in range(state.residuals.size):
-        cost += (state.residuals[finger] / REACH_SCALE) ** 2 + (state.pad_angles[finger] / PAD_ANGLE_SCALE) ** 2
+    for finger in range(hand.finger_count):
+        cost += (state.residuals[finger] / reach_scale) ** 2 + (state.pad_angles[finger] / PAD_ANGLE_SCALE) ** 2
     return cost
+
+
+@kernel
+def _insert(costs, choices, cost, p, h):
+    """Keep the lists of best costs and choices sorted."""
+    place = len(costs)
+    while place > 0 and cost < costs[place - 1]:
+        place -= 1
+    for i in range(len(costs) - 1, place, -1):
+        costs[i], choices[i, 0], choices[i, 1] = costs[i - 1], choices[i - 1, 0], choices[i - 1, 1]
+    if place < len(costs):
+        costs[place], choices[place, 0], choices[place, 1] = cost, p, h

@@ -8,10 +8,12 @@ of finger i's pad on its contact (a ball joint there is the paper's rotational f
 import math
 
 from fingersplit.compilation import kernel
+from fingersplit.hands.kernel import move_fingers
 from fingersplit.quality.objective import manipulability_gradient
-from fingersplit.splitting.acceptance import CONTINUE, REACHED_ITERATION_LIMIT, judge, judge_collision
+from fingersplit.splitting.acceptance import CONTINUE, REACHED_ITERATION_LIMIT, judge
 from fingersplit.splitting.clock import seconds
-from fingersplit.splitting.state import copy_state, evaluate, pad_target, place_hand
+from fingersplit.splitting.potential import add_penalty_gradient
+from fingersplit.splitting.state import evaluate, pad_target
 from fingersplit.splitting.trace import PPO, record
 from fingersplit.splitting.tracking import STATIONARY, at_limit, track
 from fingersplit.vectors import (
@@ -21,64 +23,69 @@ from fingersplit.vectors import (
     get,
     multiply,
     norm,
+    put,
     rotate,
     scale,
     set_rotation_about,
     solve_positive_definite,
     subtract,
+    vector,
 )
 
 __all__ = ["move_palm", "optimize_palm", "palm_tangent_step"]
 
 
 @kernel
-def optimize_palm(problem, state, candidate, work, trace):
-    """Climb Q over palm pose and joints with the contacts fixed; arguments and results as ``optimize_contacts``."""
-    settings = problem.settings
+def optimize_palm(problem, states, work, trace):
+    """Climb the merit over palm pose and joints, the contacts fixed; arguments and results as ``optimize_contacts``."""
+    settings, radius = problem.settings, problem.settings.ppo_trust_region
     for iteration in range(1, settings.max_inner_iterations + 1):
         started = seconds(work.clock)
-        palm_tangent_step(problem.hand, settings, problem.center, state, work)  # line 3, eq. (7)
+        palm_tangent_step(problem.hand, settings, problem.center, states[0], work, radius)  # line 3, eq. (7)
         searched = seconds(work.clock)
-        _project(problem, state, candidate, work)  # lines 3 to 6, eq. (8) and (9)
-        verdict = judge(settings, state, candidate, settings.ppo_least_increase)  # line 7
-        projected = seconds(work.clock)
-        if verdict == CONTINUE:
-            verdict = judge_collision(problem, state, candidate)
-        ended = seconds(work.clock)
+        _project(problem, states[0], states[1], work)  # lines 3 to 6, eq. (8) and (9)
+        verdict = judge(problem, states[0], states[1], settings.ppo_least_increase, work, PPO)  # line 7
         work.times[3] += searched - started
-        work.times[4] += projected - searched
-        work.times[5] += ended - projected
-        if verdict != CONTINUE:  # line 8
-            return verdict, iteration
-        copy_state(state, candidate)  # line 9
-        record(trace, PPO, state)
+        work.times[4] += seconds(work.clock) - searched
+        if verdict == CONTINUE:
+            states[0] = states[1]  # line 9
+            record(trace, PPO, states[0])
+            radius = min(settings.trust_region_growth * radius, settings.ppo_trust_region)
+        else:
+            radius *= settings.trust_region_shrink
+            if radius < settings.least_trust_region:  # line 8
+                return verdict, iteration
     return REACHED_ITERATION_LIMIT, settings.max_inner_iterations
 
 
 @kernel
-def palm_tangent_step(hand, settings, center, state, work):
+def palm_tangent_step(hand, settings, center, state, work, radius):
     """Eq. (7): object velocity V_po^b into ``work.twist`` and joint velocities into ``work.joint_step``.
 
-    V = G (G^T G + J_h J_h^T)^-1 J_h g and q_dot = g - J_h^T (G^T G + J_h J_h^T)^-1 J_h g, with g the gradient of Q by
-    the joints, scaled to |q_dot| = sigma_ppo. A joint at its limit and pushed outwards leaves the active set.
+    The gradient (g_V, g) of the merit by the object's velocity and by the joints, projected on the grasp constraint
+    G^T V = J_h q_dot: with M = G^T G + J_h J_h^T and lambda = M^-1 (J_h g - G^T g_V), V = g_V + G lambda and
+    q_dot = g - J_h^T lambda, scaled to |q_dot| = sigma_ppo, which is ``radius``. Without potentials g_V is zero and
+    this is the paper's. A joint at its limit and pushed outwards leaves the active set.
     """
-    manipulability_gradient(hand, state.pose.joints, work.joint_gradient)
+    manipulability_gradient(hand, state.joints, work.joint_gradient)
     work.joint_gradient[:] *= settings.hand_weight
+    work.twist_gradient[:] = 0.0
+    add_penalty_gradient(hand, settings, state, center, work)
     work.frozen[:] = False
-    for _ in range(hand.lower.size + 1):
+    for _ in range(hand.joint_count + 1):
         _solve_grasp_constraint(hand, state, center, work)
         changed = False
-        for j in range(hand.lower.size):
-            if not work.frozen[j] and at_limit(hand, state.pose.joints, j, work.joint_step[j]):
+        for j in range(hand.joint_count):
+            if not work.frozen[j] and at_limit(hand, state.joints, j, work.joint_step[j]):
                 work.frozen[j], changed = True, True
         if not changed:
             break
     squared, steepest = 0.0, 0.0
-    for j in range(hand.lower.size):
+    for j in range(hand.joint_count):
         squared += work.joint_step[j] ** 2
         steepest += work.joint_gradient[j] ** 2
     moves = squared > STATIONARY**2 * steepest
-    alpha = settings.ppo_trust_region / math.sqrt(squared) if moves else 0.0
+    alpha = radius / math.sqrt(squared) if moves else 0.0
     work.twist[:] *= alpha
     work.joint_step[:] *= alpha
 
@@ -86,7 +93,7 @@ def palm_tangent_step(hand, settings, center, state, work):
 @kernel
 def _solve_grasp_constraint(hand, state, center, work):
     """Eq. (7) without its scaling, for the joints that are not frozen."""
-    fingers, M, B = len(state.contacts), work.matrix, work.columns
+    fingers, M, B = hand.finger_count, work.matrix, work.columns
     for a in range(fingers):
         p = subtract(pad_target(hand, state, a), center)
         for b in range(fingers):
@@ -95,10 +102,12 @@ def _solve_grasp_constraint(hand, state, center, work):
             for i in range(3):
                 for k in range(3):
                     M[3 * a + i, 3 * b + k] = (1.0 + inner if i == k else 0.0) - q[i] * p[k]
+    linear, angular = _halves(work.twist_gradient)
     for a in range(fingers):
-        J = state.pose.jacobians[a]
+        J = state.jacobians[a]
+        drift = add(linear, cross(angular, subtract(pad_target(hand, state, a), center)))  # G_a^T g_V
         for i in range(3):
-            B[3 * a + i, 0] = 0.0
+            B[3 * a + i, 0] = -drift[i]
             B[3 * a + i, 1] = 0.0
             for c in range(hand.joint_counts[a]):
                 j = hand.joint_indices[a, c]
@@ -107,68 +116,68 @@ def _solve_grasp_constraint(hand, state, center, work):
                     for k in range(3):
                         M[3 * a + i, 3 * a + k] += J[i, c] * J[k, c]
     solve_positive_definite(M, B, 3 * fingers)
-    work.twist[:] = 0.0
     for a in range(fingers):
         multiplier = (B[3 * a, 0], B[3 * a + 1, 0], B[3 * a + 2, 0])
-        torque = cross(subtract(pad_target(hand, state, a), center), multiplier)
-        for k in range(3):
-            work.twist[k] += multiplier[k]
-            work.twist[3 + k] += torque[k]
-        J = state.pose.jacobians[a]
+        linear = add(linear, multiplier)
+        angular = add(angular, cross(subtract(pad_target(hand, state, a), center), multiplier))
+        J = state.jacobians[a]
         for c in range(hand.joint_counts[a]):
             j = hand.joint_indices[a, c]
             work.joint_step[j] = 0.0
             if not work.frozen[j]:
                 pull = J[0, c] * multiplier[0] + J[1, c] * multiplier[1] + J[2, c] * multiplier[2]
                 work.joint_step[j] = work.joint_gradient[j] - pull
+    for k in range(3):
+        work.twist[k], work.twist[3 + k] = linear[k], angular[k]
 
 
 @kernel
-def move_palm(twist, duration, center, old, rotations, new):
+def _halves(twist):
+    """Linear and angular part of a (6,) array as vectors."""
+    return (twist[0], twist[1], twist[2]), (twist[3], twist[4], twist[5])
+
+
+@kernel
+def move_palm(twist, duration, center, old, rotation, new):
     """Eq. (8), g_po exp(V duration), as seen from the object: palm pose exp(-V duration) g_op.
 
     Args:
         twist: Object body velocity about ``center``, linear then angular, (6,) [m/s, rad/s].
         duration: Time [s].
         center: Origin of the twist in the object frame [m].
-        old: ``HandPose`` with the palm before.
-        rotations: Scratch, (2, 3, 3).
-        new: ``HandPose`` that gets the palm after.
+        old: Record with the palm before.
+        rotation: Scratch, (3, 3).
+        new: Record that gets the palm after.
     """
-    shift = (-duration * twist[0], -duration * twist[1], -duration * twist[2])
-    turn = (-duration * twist[3], -duration * twist[4], -duration * twist[5])
+    linear, angular = _halves(twist)
+    shift, turn = scale(-duration, linear), scale(-duration, angular)
     angle = norm(turn)
+    axis = scale(1.0 / angle, turn) if angle > 1e-12 else (0.0, 0.0, 1.0)
     if angle > 1e-12:
-        axis = scale(1.0 / angle, turn)
         across = cross(axis, shift)
-        shift = add(
-            shift,
-            add(
-                scale((1.0 - math.cos(angle)) / angle, across),
-                scale((angle - math.sin(angle)) / angle, cross(axis, across)),
-            ),
-        )
-        set_rotation_about(axis, angle, rotations[0])
-    else:
-        set_rotation_about((0.0, 0.0, 1.0), 0.0, rotations[0])
-    multiply(rotations[0], old.palm_rotation, new.palm_rotation)
-    arm = subtract((old.palm_position[0], old.palm_position[1], old.palm_position[2]), center)
-    moved = add(add(center, rotate(rotations[0], arm)), shift)
-    new.palm_position[0], new.palm_position[1], new.palm_position[2] = moved
+        bend = scale((1.0 - math.cos(angle)) / angle, across)
+        shift = add(shift, add(bend, scale((angle - math.sin(angle)) / angle, cross(axis, across))))
+    set_rotation_about(axis, angle, rotation)
+    multiply(rotation, old.palm_rotation, new.palm_rotation)
+    arm = subtract(vector(old.palm_position), center)
+    position = add(add(center, rotate(rotation, arm)), shift)
+    new.palm_position[0], new.palm_position[1], new.palm_position[2] = position
 
 
 @kernel
 def _project(problem, state, candidate, work):
     """Lines 3 to 6: the palm takes its tangent step, the joints track the contacts that stay behind, eq. (9)."""
     hand, settings = problem.hand, problem.settings
-    copy_state(candidate, state)
-    move_palm(work.twist, settings.time_step, problem.center, state.pose, work.rotations, candidate.pose)
-    linear, angular = (work.twist[0], work.twist[1], work.twist[2]), (work.twist[3], work.twist[4], work.twist[5])
-    for finger in range(len(state.contacts)):
+    move_palm(work.twist, settings.time_step, problem.center, state, work.rotation, candidate)
+    linear, angular = _halves(work.twist)
+    candidate.samples[:] = state.samples
+    for finger in range(hand.finger_count):
         target = pad_target(hand, state, finger)
         velocity = add(linear, cross(angular, subtract(target, problem.center)))
-        error = subtract(target, get(state.pose.pads, finger))
+        error = subtract(target, get(state.pads, finger))
         displacement = scale(settings.time_step, add(velocity, scale(settings.ppo_gain, error)))
-        track(hand, state.pose, finger, displacement, work, candidate.pose.joints)
-    place_hand(problem, candidate, work)
-    evaluate(problem, candidate)
+        track(hand, state, finger, displacement, work, candidate.joints)
+        put(candidate.contacts, finger, get(state.contacts, finger))
+        put(candidate.normals, finger, get(state.normals, finger))
+    move_fingers(hand, candidate)
+    evaluate(hand, settings, candidate)

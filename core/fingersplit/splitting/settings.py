@@ -1,52 +1,84 @@
-"""What a caller may tune, with the paper's values as defaults."""
+"""What a caller may tune: the fast defaults, and the values of [Fan2018] at ``fidelity="paper"``."""
 
 import json
 import math
-from collections import namedtuple
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, fields
 from typing import Any, Self
 
+import numpy as np
+
 from fingersplit.errors import SettingsError
 
-__all__ = ["KernelSettings", "PlannerSettings"]
+__all__ = ["FIDELITIES", "SETTINGS", "PlannerSettings"]
+
+FIDELITIES = ("default", "paper")
+
+_KINDS: dict[type, str] = {float: "a number", int: "a whole number", bool: "true or false", str: "a text"}
 
 
-_KINDS: dict[type, str] = {float: "a number", int: "a whole number", bool: "true or false"}
-
-
-def _setting(default: float, unit: str, doc: str, low: float, high: float) -> Any:
-    return field(default=default, metadata={"unit": unit, "doc": doc, "low": low, "high": high})
+def _setting(default: Any, unit: str, doc: str, low: float, high: float, paper: Any = None) -> Any:
+    metadata = {"unit": unit, "doc": doc, "low": low, "high": high, "paper": default if paper is None else paper}
+    return field(default=default, metadata=metadata)
 
 
 @dataclass(frozen=True)
 class PlannerSettings:
-    """Parameters of the splitting; defaults are those of [Fan2018] section IV-A where the paper has one.
+    """Parameters of the splitting.
+
+    The constructor's defaults are those of the fast fidelity; ``of("paper")`` gives the parameters of [Fan2018] section
+    IV-A, without potentials and with the step control of its algorithms.
 
     Raises:
         SettingsError: A value outside its range; ranges stand in the field metadata.
     """
 
+    fidelity: str = field(
+        default="default", metadata={"unit": "", "doc": "Where defaults come from: default or paper."}
+    )
     object_weight: float = _setting(1.0, "1/m^2", "Weight w1 of the contact triangle in Q.", 0.0, 1e6)
     hand_weight: float = _setting(0.01, "1", "Weight w2 of the joints' distance from mid-range in Q.", 0.0, 1e6)
-    time_step: float = _setting(0.05, "s", "Time step T_s of every tangent and tracking step.", 1e-4, 1.0)
-    cpo_gain: float = _setting(2.0, "1/s", "Tracking gain K_cpo.", 0.0, 1e3)
-    ppo_gain: float = _setting(2.0, "1/s", "Tracking gain K_ppo.", 0.0, 1e3)
-    cpo_trust_region: float = _setting(0.15, "m and rad", "Length sigma_cpo of a CPO tangent step.", 1e-6, 10.0)
-    ppo_trust_region: float = _setting(0.5, "rad/s", "Joint speed sigma_ppo of a PPO tangent step.", 1e-6, 100.0)
-    cpo_least_increase: float = _setting(0.0, "1", "CPO ends when Q rises by no more than delta_c.", 0.0, 1.0)
-    ppo_least_increase: float = _setting(0.0, "1", "PPO ends when Q rises by no more than delta_p.", 0.0, 1.0)
-    max_inner_iterations: int = _setting(50, "1", "Most iterations M of one CPO or PPO.", 1, 1_000)
+    time_step: float = _setting(1.0, "s", "Time step T_s of tangent and tracking steps.", 1e-4, 1.0, paper=0.05)
+    cpo_gain: float = _setting(1.0, "1/s", "Tracking gain K_cpo; 1 / T_s tracks fully.", 0.0, 1e3, paper=2.0)
+    ppo_gain: float = _setting(1.0, "1/s", "Tracking gain K_ppo; 1 / T_s tracks fully.", 0.0, 1e3, paper=2.0)
+    cpo_trust_region: float = _setting(0.15, "m and rad", "Longest CPO tangent step sigma_cpo.", 1e-6, 10.0, paper=0.15)
+    ppo_trust_region: float = _setting(
+        0.15, "rad/s", "Largest joint speed sigma_ppo of a PPO tangent step.", 1e-6, 100.0, paper=0.5
+    )
+    trust_region_growth: float = _setting(1.5, "1", "Factor on the trust region after a step.", 1.0, 10.0, paper=1.0)
+    trust_region_shrink: float = _setting(
+        0.3, "1", "Factor on the trust region after a refused step.", 0.0, 0.9, paper=0.0
+    )
+    least_trust_region: float = _setting(0.01, "as sigma", "A trust region below this ends the phase.", 1e-6, 10.0)
+    cpo_least_increase: float = _setting(
+        1e-6, "1", "A CPO step must raise Q by more than delta_c.", 0.0, 1.0, paper=0.0
+    )
+    ppo_least_increase: float = _setting(
+        1e-6, "1", "A PPO step must raise Q by more than delta_p.", 0.0, 1.0, paper=0.0
+    )
+    least_round_increase: float = _setting(
+        2e-5, "1", "The loop ends when a round raises Q by no more; 0 does not look.", 0.0, 1.0, paper=0.0
+    )
+    max_inner_iterations: int = _setting(8, "1", "Most iterations M of one CPO or PPO.", 1, 1_000, paper=50)
     min_inner_iterations: int = _setting(2, "1", "The loop ends when CPO and PPO both take fewer than m.", 1, 1_000)
-    max_outer_iterations: int = _setting(30, "1", "Most rounds of CPO and PPO.", 1, 100)
+    max_outer_iterations: int = _setting(10, "1", "Most rounds of CPO and PPO.", 1, 100, paper=30)
     line_search: bool = _setting(False, "", "Search the step length along the tangent (F_ls = 1).", 0, 1)
     pad_angle_limit: float = _setting(0.6, "rad", "Most between pad normal and inward surface normal.", 0.0, math.pi)
-    contact_tolerance: float = _setting(0.5e-3, "m", "Most between fingertip and surface in a grasp.", 1e-6, 0.01)
+    contact_tolerance: float = _setting(0.3e-3, "m", "Most between fingertip and surface in a grasp.", 1e-6, 0.01)
     penetration_tolerance: float = _setting(1e-3, "m", "Most that a link may lie inside the object.", 0.0, 0.01)
+    potentials: bool = _setting(True, "", "Push links, pads and joints away from their limits.", 0, 1, paper=False)
+    clearance_margin: float = _setting(2e-3, "m", "Links nearer to the object are pushed away.", 0.0, 4e-3)
+    clearance_weight: float = _setting(300.0, "1/m^2", "Weight of the clearance potential.", 0.0, 1e6, paper=0.0)
+    soft_pad_angle: float = _setting(0.35, "rad", "Pads tilted more are turned back.", 0.0, math.pi)
+    pad_angle_weight: float = _setting(0.05, "1/rad^2", "Weight of the pad angle potential.", 0.0, 1e3, paper=0.0)
+    joint_limit_margin: float = _setting(0.05, "1", "Joints nearer to a limit, as a share of the range.", 0.0, 0.5)
+    joint_limit_weight: float = _setting(0.1, "1", "Weight of the joint limit potential.", 0.0, 1e3, paper=0.0)
     friction: float = _setting(0.6, "1", "Coulomb friction between pads and object.", 0.01, 5.0)
 
     def __post_init__(self) -> None:
-        for setting in fields(self):
+        if self.fidelity not in FIDELITIES:
+            raise SettingsError(f"Planner setting 'fidelity' is {self.fidelity!r}; allowed: {', '.join(FIDELITIES)}.")
+        for setting in fields(self)[1:]:
             value: Any = getattr(self, setting.name)
             kind: type[Any] = type(setting.default)
             accepted = (float, int) if kind is float else (kind,)
@@ -58,8 +90,19 @@ class PlannerSettings:
             object.__setattr__(self, setting.name, kind(value))
 
     @classmethod
+    def of(cls, fidelity: str, **changed: Any) -> Self:
+        """The settings of a fidelity, but for those that are given.
+
+        Raises:
+            SettingsError: An unknown fidelity, a value of the wrong type or outside its range.
+        """
+        if fidelity == "paper":
+            changed = {setting.name: setting.metadata["paper"] for setting in fields(cls)[1:]} | changed
+        return cls(fidelity=fidelity, **changed)
+
+    @classmethod
     def from_document(cls, document: dict[str, Any]) -> Self:
-        """Settings from plain JSON data; what is left out keeps its default.
+        """Settings from plain JSON data; what is left out has the value of its ``fidelity``.
 
         Raises:
             SettingsError: An unknown name, a value of the wrong type or outside its range.
@@ -68,7 +111,7 @@ class PlannerSettings:
         unknown = sorted(set(document) - set(known))
         if unknown:
             raise SettingsError(f"Unknown planner setting {unknown[0]!r}; known: {', '.join(known)}.")
-        return cls(**document)
+        return cls.of(**{"fidelity": "default", **document})
 
     @classmethod
     def from_pairs(cls, pairs: Sequence[str]) -> Self:
@@ -86,14 +129,17 @@ class PlannerSettings:
                 raise SettingsError(f"Setting {pair!r} is not NAME=VALUE with a number, true or false.") from None
         return cls.from_document(values)
 
-    def for_kernels(self) -> "KernelSettings":
-        """The same values as the tuple that compiled code reads."""
-        return KernelSettings(**asdict(self))
+    def for_kernels(self) -> np.record:
+        """The same values as the ``SETTINGS`` record that compiled code reads."""
+        record: np.record = np.rec.array(np.zeros(1, SETTINGS))[0]
+        for name in SETTINGS.names or ():
+            setattr(record, name, getattr(self, name))
+        return record
 
     def to_document(self) -> dict[str, Any]:
         """All values as plain JSON data."""
         return asdict(self)
 
 
-KernelSettings = namedtuple("KernelSettings", [s.name for s in fields(PlannerSettings)])  # type: ignore[misc]
+SETTINGS = np.dtype([(s.name, type(s.default)) for s in fields(PlannerSettings)[1:]], align=True)
 """The settings as compiled code reads them, field for field."""

@@ -1,204 +1,127 @@
-"""Many starts: parallel grasps mapped to the hand, the most promising split, every run with its trace."""
+"""Many starts: parallel grasps screened for the hand, the most promising ones mapped and split."""
 
 import math
-from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from time import perf_counter
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fingersplit.grasp import Grasp
 from fingersplit.hands.hand import Hand
 from fingersplit.objects.model import ObjectModel
 from fingersplit.parallel_grasps.parallel_grasp import ParallelGrasp
-from fingersplit.splitting.acceptance import (
-    REACHED_COLLISION,
-    REACHED_ITERATION_LIMIT,
-    REACHED_PAD_ANGLE,
-    STOPPED_RISING,
-)
-from fingersplit.splitting.finger_splitting import SETTLE_ITERATIONS, split_fingers
-from fingersplit.splitting.mapping import map_grasp
+from fingersplit.splitting.batch import OUTCOME, screen_grasps, split_grasps
+from fingersplit.splitting.jaw_table import jaw_table
+from fingersplit.splitting.mapping import REFINED
+from fingersplit.splitting.run import Run
 from fingersplit.splitting.settings import PlannerSettings
-from fingersplit.splitting.state import PENETRATION, GraspState, Problem, copy_state, new_state, new_work
-from fingersplit.splitting.termination import Termination
-from fingersplit.splitting.trace import Trace, new_trace
-from fingersplit.transforms import pose_matrix
+from fingersplit.splitting.state import Problem, new_states, new_work
+from fingersplit.splitting.trace import new_trace
 
-__all__ = ["Run", "Start", "build_problem", "map_starts", "split_start"]
+__all__ = ["Start", "build_problem", "choose_starts", "split_starts"]
 
-STANDOFFS = 9
+CHUNK = 32
+"""Starts that a thread takes at a time."""
+
+Progress = Callable[[str, float], None]
 
 
 @dataclass(frozen=True, eq=False)
 class Start:
-    """A parallel grasp taken over by the hand.
+    """A parallel grasp that the hand is to take over.
 
     Attributes:
         parallel_grasp: The two contacts and the approach.
-        cost: How far the mapped state is from a good start, see ``map_grasp``.
-        state: The mapped state.
+        contacts: The same contacts, that of the fingers in group 0 first, (2, 3) [m].
+        choices: Preshape and standoff to try first, and second, (REFINED, 2).
     """
 
     parallel_grasp: ParallelGrasp
-    cost: float
-    state: GraspState
-
-
-@dataclass(frozen=True, eq=False)
-class Run:
-    """One finished finger splitting.
-
-    Attributes:
-        start: Where it began.
-        initial: The mapped grasp.
-        final: The grasp it ended with, contacts and residuals measured against the triangles.
-        termination: Why it ended.
-        violations: A sentence for every constraint the final grasp violates.
-        scores: Q, w1 Q_o, w2 Q_h and deepest penetration [m] of the final grasp, (4,).
-        trace: Every accepted state.
-        rounds: Outer iterations of Algorithm 3.
-        cpo: Tangent searches of all CPO, the rejected ones included.
-        ppo: Tangent searches of all PPO, likewise.
-        seconds: CPO tangent search, projection and test, collision; the same for PPO; total, (7,) [s].
-    """
-
-    start: Start
-    initial: Grasp
-    final: Grasp
-    termination: Termination
-    violations: tuple[str, ...]
-    scores: NDArray[np.float64]
-    trace: Trace
-    rounds: int
-    cpo: int
-    ppo: int
-    seconds: tuple[float, ...]
-
-    @property
-    def feasible(self) -> bool:
-        """Whether the grasp keeps every constraint."""
-        return not self.violations
+    contacts: NDArray[np.float64]
+    choices: NDArray[np.int64]
 
 
 def build_problem(model: ObjectModel, hand: Hand, settings: PlannerSettings) -> Problem:
     """Everything the kernels read, in one tuple."""
     x, y, z = model.center_of_mass.tolist()
-    return Problem(hand.arrays, model.surface, model.collision, (x, y, z), settings.for_kernels())
+    return Problem(hand.arrays, settings.for_kernels(), model.surface, model.collision, model.distance, (x, y, z))
 
 
-def map_starts(problem: Problem, hand: Hand, grasps: Iterable[ParallelGrasp], count: int) -> list[Start]:
-    """Map every parallel grasp with both finger assignments and keep the ``count`` most promising starts.
+def choose_starts(
+    problem: Problem, hand: Hand, grasps: Sequence[ParallelGrasp], count: int, *, threads: int, report: Progress
+) -> list[Start]:
+    """Screen every parallel grasp with both finger assignments and keep the ``count`` most promising starts.
 
     A pair of contacts that already has a start in the list must do better to get another one, so the starts spread
-    over the object. Starts whose mapping failed are left out.
+    over the object. Grasps that the hand cannot reach are left out.
     """
-    candidate, aim, work = new_state(hand.arrays), new_state(hand.arrays), new_work(hand.arrays)
-    standoffs = np.linspace(*hand.gripper.standoff, STANDOFFS)
-    mapped: list[Start] = []
-    for grasp in grasps:
-        for first, second in (grasp.contacts, grasp.contacts[::-1]):
-            state = new_state(hand.arrays)
-            jaws_and_approach = tuple(first), tuple(second), tuple(grasp.approach)
-            cost = map_grasp(problem, hand.gripper, *jaws_and_approach, standoffs, state, candidate, aim, work)
-            if math.isfinite(cost):
-                mapped.append(Start(grasp, cost, state))
-    uses: Counter[bytes] = Counter()
-    spread: list[tuple[float, Start]] = []
-    for start in sorted(mapped, key=lambda start: start.cost):
-        pair = start.parallel_grasp.contacts.tobytes()
-        uses[pair] += 1
-        spread.append((start.cost * uses[pair], start))
-    return [start for _, start in sorted(spread, key=lambda entry: entry[0])[:count]]
+    if not grasps:
+        return []
+    pairs = np.array([grasp.contacts for grasp in grasps])  # (n, 2, 3)
+    contacts = np.concatenate([pairs, pairs[:, ::-1]])
+    approaches = np.tile([grasp.approach for grasp in grasps], (2, 1))
+    costs, choices = np.empty((len(contacts), REFINED)), np.empty((len(contacts), REFINED, 2), np.int64)
+
+    def screen(part: slice) -> None:
+        arrays = contacts[part], approaches[part]
+        screen_grasps(problem, jaw_table(hand), *arrays, new_states(1), new_work(), costs[part], choices[part])
+
+    _in_threads(screen, len(contacts), threads, "mapping", report)
+    best = _spread(costs[:, 0], pairs, count)
+    return [Start(grasps[i % len(grasps)], contacts[i], choices[i]) for i in best]
 
 
-def split_start(problem: Problem, hand: Hand, start: Start) -> Run:
-    """Run Algorithm 3 from a mapped start."""
-    settings = problem.settings
-    state, candidate, trial = new_state(hand.arrays), new_state(hand.arrays), new_state(hand.arrays)
-    copy_state(state, start.state)
-    work = new_work(hand.arrays)
-    capacity = 2 * settings.max_outer_iterations * settings.max_inner_iterations + SETTLE_ITERATIONS + 1
-    arrays = new_trace(capacity, len(hand.fingers), len(hand.joint_names))
-    began = perf_counter()
-    end, rounds, cpo, ppo = split_fingers(problem, state, candidate, trial, work, arrays)
-    seconds = (*work.times.tolist(), perf_counter() - began)
-    violated, violations = _violations(problem, hand, state)
-    return Run(
-        start=start,
-        initial=_grasp(hand, start.state),
-        final=_grasp(hand, state),
-        termination=violated if violated is not None else _ENDS[end],
-        violations=violations,
-        scores=state.scores.copy(),
-        trace=Trace.from_arrays(arrays),
-        rounds=rounds,
-        cpo=cpo,
-        ppo=ppo,
-        seconds=seconds,
+def _spread(costs: NDArray[np.float64], pairs: NDArray[np.float64], count: int) -> list[int]:
+    """Indices of the ``count`` lowest costs, each multiplied by how often its pair of contacts was met before."""
+    uses: dict[bytes, int] = {}
+    names = [pair.tobytes() for pair in pairs]
+    weighted = []
+    for i in np.argsort(costs, kind="stable").tolist():
+        if not math.isfinite(costs[i]):
+            break
+        name = names[i % len(names)]
+        uses[name] = uses.get(name, 0) + 1
+        weighted.append((costs[i] * uses[name], i))
+    return [i for _, i in sorted(weighted)[:count]]
+
+
+def split_starts(
+    problem: Problem, hand: Hand, starts: Sequence[Start], *, threads: int, report: Progress
+) -> tuple[Run, ...]:
+    """Map and split every start; one that the hand turns out not to reach is left out."""
+    count = len(starts)
+    contacts = np.array([start.contacts for start in starts]).reshape(-1, 2, 3)
+    approaches = np.array([start.parallel_grasp.approach for start in starts]).reshape(-1, 3)
+    choices = np.array([start.choices for start in starts], np.int64).reshape(-1, REFINED, 2)
+    initial, final, outcomes = new_states(count), new_states(count), np.rec.array(np.zeros(count, OUTCOME))
+
+    def split(part: slice) -> None:
+        arrays = contacts[part], approaches[part], choices[part], initial[part], final[part], outcomes[part]
+        split_grasps(problem, jaw_table(hand), *arrays, new_states(3), new_work(), new_trace(0))
+
+    _in_threads(split, count, threads, "splitting", report)
+    return tuple(
+        Run(problem, hand, start.parallel_grasp, first, last, outcome)
+        for start, first, last, outcome in zip(starts, initial, final, outcomes, strict=True)
+        if math.isfinite(outcome.cost)
     )
 
 
-_ENDS = {
-    STOPPED_RISING: Termination.CONVERGED,
-    REACHED_COLLISION: Termination.STOPPED_BY_COLLISION,
-    REACHED_PAD_ANGLE: Termination.STOPPED_BY_PAD_ANGLE,
-    REACHED_ITERATION_LIMIT: Termination.ITERATION_LIMIT,
-}
+def _in_threads(task: Callable[[slice], Any], count: int, threads: int, stage: str, report: Progress) -> None:
+    """Run ``task`` on consecutive slices of ``count`` items, in threads if there are several."""
 
+    def parts() -> Iterator[slice]:
+        for first in range(0, count, CHUNK):
+            yield slice(first, min(first + CHUNK, count))
 
-def _violations(problem: Problem, hand: Hand, state: GraspState) -> tuple[Termination | None, tuple[str, ...]]:
-    """Every violated constraint as a sentence, and what the first one is called."""
-    settings = problem.settings
-    found: list[tuple[Termination, str]] = []
-    for f, finger in enumerate(hand.fingers):
-        if state.residuals[f] > settings.contact_tolerance:
-            found.append(
-                (
-                    Termination.CONTACT_OFF_SURFACE,
-                    f"The pad of {finger.name} is {1e3 * state.residuals[f]:.1f} mm from touching the surface; "
-                    f"allowed: {1e3 * settings.contact_tolerance:g} mm.",
-                )
-            )
-    for f, finger in enumerate(hand.fingers):
-        if state.pad_angles[f] > settings.pad_angle_limit:
-            found.append(
-                (
-                    Termination.PAD_ANGLE_VIOLATED,
-                    f"The pad of {finger.name} is tilted {state.pad_angles[f]:.2f} rad against the surface; "
-                    f"allowed: {settings.pad_angle_limit:g} rad.",
-                )
-            )
-    if state.scores[PENETRATION] > settings.penetration_tolerance:
-        found.append(
-            (
-                Termination.IN_COLLISION,
-                f"A link lies {1e3 * state.scores[PENETRATION]:.1f} mm inside the object; "
-                f"allowed: {1e3 * settings.penetration_tolerance:g} mm.",
-            )
-        )
-    for name, q, low, high in zip(hand.joint_names, state.pose.joints, hand.lower, hand.upper, strict=True):
-        if not low <= q <= high:
-            found.append(
-                (Termination.JOINT_LIMIT_VIOLATED, f"{name} is at {q:.3f} rad; allowed: {low:.3f} to {high:.3f} rad.")
-            )
-    return (found[0][0] if found else None), tuple(sentence for _, sentence in found)
-
-
-def _grasp(hand: Hand, state: GraspState) -> Grasp:
-    towards = state.contacts - state.pose.pads
-    towards /= np.linalg.norm(towards, axis=1, keepdims=True)
-    arrays = (
-        pose_matrix(state.pose.palm_rotation, state.pose.palm_position),
-        state.pose.joints.copy(),
-        state.contacts.copy(),
-        state.normals.copy(),
-        state.pose.pads + hand.arrays.pad_radii[:, None] * towards,
-        state.residuals.copy(),
-        state.pad_angles.copy(),
-    )
-    for array in arrays:
-        array.setflags(write=False)
-    return Grasp(*arrays)
+    if threads == 1:
+        for part in parts():
+            report(stage, part.start / count)
+            task(part)
+    else:
+        with ThreadPoolExecutor(threads) as pool:
+            for part, _ in zip(parts(), pool.map(task, parts()), strict=True):
+                report(stage, part.stop / count)
+    report(stage, 1.0)

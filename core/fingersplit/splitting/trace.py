@@ -7,39 +7,55 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingersplit.compilation import kernel
+from fingersplit.hands.kernel import MAX_FINGERS, MAX_HAND_JOINTS
 from fingersplit.transforms import pose_matrix
 
 __all__ = [
     "CPO",
+    "HAND_QUALITY",
     "MAP",
+    "OBJECT_QUALITY",
+    "PENETRATION",
     "PHASE_NAMES",
     "PPO",
+    "QUALITY",
     "SETTLE",
     "Trace",
-    "TraceArrays",
+    "TraceRows",
     "new_trace",
     "record",
     "record_contact_steps",
 ]
 
-MAP, CPO, PPO, SETTLE = range(4)
-PHASE_NAMES = ("map", "cpo", "ppo", "settle")
+CPO, PPO, MAP, SETTLE = range(4)
+PHASE_NAMES = ("cpo", "ppo", "map", "settle")
+
+QUALITY, OBJECT_QUALITY, HAND_QUALITY, PENETRATION = range(4)
+"""Columns of ``Trace.scores``."""
+
+ROW = np.dtype(
+    [
+        ("phase", np.int64),
+        ("joints", np.float64, MAX_HAND_JOINTS),
+        ("palm_rotation", np.float64, (3, 3)),
+        ("palm_position", np.float64, 3),
+        ("contacts", np.float64, (MAX_FINGERS, 3)),
+        ("normals", np.float64, (MAX_FINGERS, 3)),
+        ("residuals", np.float64, MAX_FINGERS),
+        ("pad_angles", np.float64, MAX_FINGERS),
+        ("scores", np.float64, 4),
+        ("contact_steps", np.float64, (MAX_FINGERS, 3)),
+    ],
+    align=True,
+)
+"""One recorded state; columns as in ``Trace``."""
 
 
-class TraceArrays(NamedTuple):
-    """Room for T states; columns as in ``Trace``, ``length`` (1,) counts the rows in use."""
+class TraceRows(NamedTuple):
+    """Room for recorded states, none if nothing is to be recorded; ``length`` (1,) counts the rows in use."""
 
+    rows: np.recarray
     length: NDArray[np.int64]
-    phases: NDArray[np.int64]
-    joints: NDArray[np.float64]
-    palm_rotations: NDArray[np.float64]
-    palm_positions: NDArray[np.float64]
-    contacts: NDArray[np.float64]
-    normals: NDArray[np.float64]
-    residuals: NDArray[np.float64]
-    pad_angles: NDArray[np.float64]
-    scores: NDArray[np.float64]
-    contact_steps: NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +72,7 @@ class Trace:
         residuals: Fingertip to contact, (T, F) [m].
         pad_angles: Pad normal to inward surface normal, (T, F) [rad].
         scores: Q, w1 Q_o, w2 Q_h, penetration [m], (T, 4).
-        contact_steps: Full tangent step d_c of the contacts that CPO took from the state before, Algorithm 1 line 3 of
+        contact_steps: Tangent step d_c of the contacts that CPO took from the state before, Algorithm 1 line 3 of
             [Fan2018]; zero after any other phase, (T, F, 3) [m].
     """
 
@@ -72,14 +88,25 @@ class Trace:
     contact_steps: NDArray[np.float64]
 
     @classmethod
-    def from_arrays(cls, arrays: TraceArrays) -> Self:
+    def from_rows(cls, trace: TraceRows, fingers: int, joints: int) -> Self:
         """Copy of the rows in use, read-only."""
+        rows = trace.rows[: trace.length[0]]
         columns = {
-            name: column[: arrays.length[0]].copy() for name, column in arrays._asdict().items() if name != "length"
+            "phases": rows.phase,
+            "joints": rows.joints[:, :joints],
+            "palm_rotations": rows.palm_rotation,
+            "palm_positions": rows.palm_position,
+            "contacts": rows.contacts[:, :fingers],
+            "normals": rows.normals[:, :fingers],
+            "residuals": rows.residuals[:, :fingers],
+            "pad_angles": rows.pad_angles[:, :fingers],
+            "scores": rows.scores,
+            "contact_steps": rows.contact_steps[:, :fingers],
         }
-        for column in columns.values():
+        copies = {name: np.array(column) for name, column in columns.items()}
+        for column in copies.values():
             column.setflags(write=False)
-        return cls(**columns)
+        return cls(**copies)
 
     def __len__(self) -> int:
         return len(self.phases)
@@ -89,40 +116,33 @@ class Trace:
         return pose_matrix(self.palm_rotations[row], self.palm_positions[row])
 
 
-def new_trace(capacity: int, fingers: int, joints: int) -> TraceArrays:
-    """Room for ``capacity`` states of a hand."""
-    return TraceArrays(
-        length=np.zeros(1, np.int64),
-        phases=np.zeros(capacity, np.int64),
-        joints=np.zeros((capacity, joints)),
-        palm_rotations=np.zeros((capacity, 3, 3)),
-        palm_positions=np.zeros((capacity, 3)),
-        contacts=np.zeros((capacity, fingers, 3)),
-        normals=np.zeros((capacity, fingers, 3)),
-        residuals=np.zeros((capacity, fingers)),
-        pad_angles=np.zeros((capacity, fingers)),
-        scores=np.zeros((capacity, 4)),
-        contact_steps=np.zeros((capacity, fingers, 3)),
-    )
+def new_trace(capacity: int) -> TraceRows:
+    """Room for ``capacity`` states."""
+    return TraceRows(np.rec.array(np.zeros(capacity, ROW)), np.zeros(1, np.int64))
 
 
 @kernel
 def record(trace, phase, state):
-    """Append a state."""
-    row = trace.length[0]
-    trace.phases[row] = phase
-    trace.joints[row] = state.pose.joints
-    trace.palm_rotations[row] = state.pose.palm_rotation
-    trace.palm_positions[row] = state.pose.palm_position
-    trace.contacts[row] = state.contacts
-    trace.normals[row] = state.normals
-    trace.residuals[row] = state.residuals
-    trace.pad_angles[row] = state.pad_angles
-    trace.scores[row] = state.scores
-    trace.length[0] = row + 1
+    """Append a state if there is room."""
+    n = trace.length[0]
+    if n == len(trace.rows):
+        return
+    row = trace.rows[n]
+    row.phase = phase
+    row.joints[:] = state.joints
+    row.palm_rotation[:] = state.palm_rotation
+    row.palm_position[:] = state.palm_position
+    row.contacts[:] = state.contacts
+    row.normals[:] = state.normals
+    row.residuals[:] = state.residuals
+    row.pad_angles[:] = state.pad_angles
+    row.scores[0], row.scores[1], row.scores[2] = state.quality, state.object_quality, state.hand_quality
+    row.scores[3] = state.penetration
+    trace.length[0] = n + 1
 
 
 @kernel
 def record_contact_steps(trace, contact_steps):
     """Add to the last state the tangent step that led to it."""
-    trace.contact_steps[trace.length[0] - 1] = contact_steps
+    if len(trace.rows):
+        trace.rows[trace.length[0] - 1].contact_steps[:] = contact_steps

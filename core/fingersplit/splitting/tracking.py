@@ -37,7 +37,7 @@ def track(hand, pose, finger, displacement, work, joints):
     ``joints`` (N,) [rad], which must not be ``pose.joints``.
     """
     count, indices = hand.joint_counts[finger], hand.joint_indices[finger]
-    lowest, highest, steps = work.limits[0], work.limits[1], work.steps
+    lowest, highest, steps = work.lowest, work.highest, work.steps
     for i in range(count):
         lowest[i] = hand.lower[indices[i]] - pose.joints[indices[i]]
         highest[i] = hand.upper[indices[i]] - pose.joints[indices[i]]

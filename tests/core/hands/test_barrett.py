@@ -101,3 +101,12 @@ def test_gripper_frame_is_right_handed_and_groups_oppose(barrett):
         assert (preshape <= barrett.upper).all()
         along_jaw = barrett.pose(preshape).pads @ barrett.gripper.palm_from_gripper[:, 1]
         assert along_jaw[:2].min() > 0 > along_jaw[2]
+
+
+@pytest.mark.parametrize("joint", ["proximal", "distal"])
+def test_torque_limits_are_a_fingertip_force_of_15_newtons(barrett, joint):
+    """Where the pad is farthest from the joint, a force across the lever costs the joint its limit."""
+    j = ["proximal", "distal"].index(joint)
+    levers = [np.linalg.norm(barrett.pose(np.full(8, distal)).jacobians[2, :, j]) for distal in np.linspace(0, 0.8, 9)]
+    limit = barrett.torque_limits[barrett.joint_names.index(f"finger3_{joint}")]
+    assert limit / max(levers) == pytest.approx(15, rel=0.04)

@@ -58,7 +58,8 @@ def read_hand(folder: Path, mjcf: str) -> Hand:
         opening=(0.0, 0.12),
         preshapes=np.full((1, len(names)), 0.1),
     )
-    return Hand("own", "Four fingers", names, model.shape_names, fingers, gripper, arrays)
+    limits = np.full(len(names), 0.5)
+    return Hand("own", "Four fingers", names, model.shape_names, fingers, gripper, limits, arrays, path, "palm")
 
 
 @pytest.mark.parametrize("joint_offset", ["0 0 0", "0.004 -0.002 0.003"])

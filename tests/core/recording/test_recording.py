@@ -20,8 +20,7 @@ from fingersplit.quality.metrics import WrenchSpace, ferrari_canny, isotropy, vo
 from fingersplit.recording.posing import pose_shapes, turn_z_to
 from fingersplit.recording.recorded_run import RecordedRun
 from fingersplit.recording.run_recording import record_run, write_recording
-from fingersplit.splitting.state import QUALITY
-from fingersplit.splitting.trace import CPO, PHASE_NAMES
+from fingersplit.splitting.trace import CPO, PHASE_NAMES, QUALITY
 from fingersplit.transforms import wxyz_from_rotation
 
 FRAMES = 40

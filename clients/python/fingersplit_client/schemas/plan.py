@@ -72,6 +72,10 @@ class Contact(Document):
 class Metrics(Document):
     """How good a grasp is; for every number more is better."""
 
+    holding_margin: float | None = Field(
+        description="Friction force that every contact has to spare while the fingers carry the object's weight, whichever "
+        "way is down [N]; negative when they cannot, null when no forces balance it."
+    )
     quality: float = Field(description="What finger splitting climbs: Q = w1 Q_o + w2 Q_h, no unit.")
     object_quality: float = Field(description="w1 Q_o: weight times twice the area of the contact triangle [m^2].")
     manipulability: float = Field(
@@ -107,6 +111,13 @@ class GraspTimings(Document):
     total: float = Field(description="The whole run [ms].")
 
 
+class Pregrasp(Document):
+    """Where to come from: a free way to the grasp, straight along the palm's approach."""
+
+    palm: Palm = Field(description="The palm where the approach begins, in the object frame.")
+    joints: dict[str, float] = Field(description="Joint angles by name during the approach, opened [rad].")
+
+
 class InitialState(Document):
     """What a run started from."""
 
@@ -123,9 +134,14 @@ class Grasp(Document):
     rank: int = Field(description="Place in the ranking, 1 is best.")
     feasible: bool = Field(description="Whether every constraint holds.")
     violations: list[str] = Field(description="A sentence for every constraint that does not hold.")
+    reason: str = Field(description="Why the grasp stands at this rank, in a sentence.")
     palm: Palm = Field(description="The palm's pose in the object frame.")
     joints: dict[str, float] = Field(description="Joint angles by name [rad].")
     contacts: list[Contact] = Field(description="Contacts, one a finger.")
+    pregrasp: Pregrasp | None = Field(description="How to get there; null when no straight way in is free.")
+    squeeze_joints: dict[str, float] = Field(
+        description="Targets of position servos that press the pads on, by joint name [rad]."
+    )
     metrics: Metrics = Field(description="How good the grasp is.")
     termination: Termination = Field(description="Why the run ended.")
     advice: str = Field(description="What the termination means and what to try, in a sentence.")

@@ -1,0 +1,96 @@
+"""Potential fields: soft walls before the constraints, so that the search slides along them instead of stopping.
+
+The future work of [Fan2018]. Each is a squared hinge that is zero while the constraint is far:
+
+- w_d (d_margin - d_k)^2 for every link whose clearance d_k from the object is below the margin; links that carry a pad
+  may touch, so theirs is zero,
+- w_a (theta_f - theta_soft)^2 for every pad tilted more than a soft limit below the hard one,
+- w_l (margin - distance)^2 for every joint near a limit, both as shares of its range.
+"""
+
+import math
+
+from fingersplit.compilation import kernel
+from fingersplit.vectors import add, column, cross, dot, get, scale, subtract
+
+__all__ = ["add_penalty_gradient", "penalty"]
+
+
+@kernel
+def penalty(hand, settings, state):
+    """Sum of all potentials of an evaluated state, in the unit of Q."""
+    total = 0.0
+    if not settings.potentials:
+        return total
+    for shape in range(hand.shape_count):
+        total += settings.clearance_weight * _clearance_hinge(hand, settings, state, shape) ** 2
+    for finger in range(hand.finger_count):
+        total += settings.pad_angle_weight * max(state.pad_angles[finger] - settings.soft_pad_angle, 0.0) ** 2
+    for joint in range(hand.joint_count):
+        total += settings.joint_limit_weight * _limit_hinge(hand, settings, state.joints, joint) ** 2
+    return total
+
+
+@kernel
+def add_penalty_gradient(hand, settings, state, center, work):
+    """Subtract the gradient of ``penalty`` from ``work.joint_gradient`` and ``work.twist_gradient``.
+
+    The twist is the object's body velocity about ``center``, linear then angular, as in PPO; contacts count as fixed.
+    """
+    if not settings.potentials:
+        return
+    for shape in range(hand.shape_count):
+        hinge = _clearance_hinge(hand, settings, state, shape)
+        if hinge > 0.0:
+            slope = 2.0 * settings.clearance_weight * hinge  # of the merit by the clearance
+            point = get(state.clearance_points, shape)
+            away = scale(slope, get(state.clearance_normals, shape))
+            _add_to_twist(work, away, cross(subtract(point, center), away))
+            finger = hand.shape_fingers[shape]
+            if finger >= 0:
+                for j in range(hand.shape_links[shape] + 1):
+                    axis = column(state.link_rotations[finger, j], 2)
+                    motion = cross(axis, subtract(point, get(state.link_positions[finger], j)))
+                    work.joint_gradient[hand.joint_indices[finger, j]] -= dot(away, motion)
+    for finger in range(hand.finger_count):
+        hinge = state.pad_angles[finger] - settings.soft_pad_angle
+        if hinge > 0.0:
+            pad = get(state.pad_normals, finger)
+            turn = cross(pad, get(state.normals, finger))  # the angle's derivative by a turn of the pad, times sine
+            slope = -2.0 * settings.pad_angle_weight * hinge / max(math.sin(state.pad_angles[finger]), 1e-3)
+            _add_to_twist(work, (0.0, 0.0, 0.0), scale(-slope, turn))
+            for j in range(hand.joint_counts[finger]):
+                axis = column(state.link_rotations[finger, j], 2)
+                work.joint_gradient[hand.joint_indices[finger, j]] += slope * dot(axis, turn)
+    for joint in range(hand.joint_count):
+        hinge = _limit_hinge(hand, settings, state.joints, joint)
+        if hinge != 0.0:
+            width = hand.upper[joint] - hand.lower[joint]
+            work.joint_gradient[joint] -= 2.0 * settings.joint_limit_weight * hinge / width
+
+
+@kernel
+def _clearance_hinge(hand, settings, state, shape):
+    """How much a link's clearance falls short of what it should be [m]."""
+    finger = hand.shape_fingers[shape]
+    touches = finger >= 0 and hand.shape_links[shape] == hand.joint_counts[finger] - 1
+    return max((0.0 if touches else settings.clearance_margin) - state.clearances[shape], 0.0)
+
+
+@kernel
+def _limit_hinge(hand, settings, joints, joint):
+    """How far a joint stands inside the margin of a limit, as a share of its range; negative at the lower one."""
+    width = hand.upper[joint] - hand.lower[joint]
+    margin = settings.joint_limit_margin * width
+    above = joints[joint] - (hand.upper[joint] - margin)
+    below = joints[joint] - (hand.lower[joint] + margin)
+    return max(above, 0.0) / width if above > 0.0 else min(below, 0.0) / width
+
+
+@kernel
+def _add_to_twist(work, linear, angular):
+    gradient = work.twist_gradient
+    first = add((gradient[0], gradient[1], gradient[2]), linear)
+    second = add((gradient[3], gradient[4], gradient[5]), angular)
+    gradient[0], gradient[1], gradient[2] = first
+    gradient[3], gradient[4], gradient[5] = second

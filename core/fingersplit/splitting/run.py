@@ -1,0 +1,153 @@
+"""One finished finger splitting: where it began, what it found, why it ended."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingersplit.grasp import Grasp
+from fingersplit.hands.hand import Hand
+from fingersplit.parallel_grasps.parallel_grasp import ParallelGrasp
+from fingersplit.splitting.acceptance import (
+    REACHED_COLLISION,
+    REACHED_ITERATION_LIMIT,
+    REACHED_PAD_ANGLE,
+    STOPPED_RISING,
+)
+from fingersplit.splitting.finger_splitting import SETTLE_ITERATIONS, split_fingers
+from fingersplit.splitting.state import Problem, new_states, new_work
+from fingersplit.splitting.termination import Termination
+from fingersplit.splitting.trace import Trace, new_trace
+from fingersplit.transforms import pose_matrix
+
+__all__ = ["Run"]
+
+_ENDS = {
+    STOPPED_RISING: Termination.CONVERGED,
+    REACHED_COLLISION: Termination.STOPPED_BY_COLLISION,
+    REACHED_PAD_ANGLE: Termination.STOPPED_BY_PAD_ANGLE,
+    REACHED_ITERATION_LIMIT: Termination.ITERATION_LIMIT,
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """One finished finger splitting.
+
+    Attributes:
+        problem: What the kernels were given.
+        hand: The hand.
+        parallel_grasp: Where it came from.
+        first: The mapped start, a ``STATE`` record.
+        last: The state it ended with, contacts and residuals measured against the triangles.
+        outcome: ``OUTCOME`` record.
+    """
+
+    problem: Problem
+    hand: Hand
+    parallel_grasp: ParallelGrasp
+    first: np.record
+    last: np.record
+    outcome: np.record
+
+    @property
+    def feasible(self) -> bool:
+        """Whether the grasp keeps every constraint."""
+        return not self._violated
+
+    @property
+    def violations(self) -> tuple[str, ...]:
+        """A sentence for every constraint the final grasp violates."""
+        return tuple(sentence for _, sentence in self._violated)
+
+    @property
+    def termination(self) -> Termination:
+        """Why it ended: the first violated constraint, or what stopped the search."""
+        return self._violated[0][0] if self._violated else _ENDS[self.outcome.end]
+
+    @cached_property
+    def initial(self) -> Grasp:
+        """The mapped grasp."""
+        return _grasp(self.hand, self.first)
+
+    @cached_property
+    def final(self) -> Grasp:
+        """The grasp it ended with."""
+        return _grasp(self.hand, self.last)
+
+    @property
+    def scores(self) -> NDArray[np.float64]:
+        """Q, w1 Q_o, w2 Q_h and deepest penetration [m] of the final grasp, (4,)."""
+        last = self.last
+        return np.array([last.quality, last.object_quality, last.hand_quality, last.penetration])
+
+    @property
+    def seconds(self) -> tuple[float, ...]:
+        """CPO tangent search, projection and test, collision; the same for PPO; total, (7,) [s]."""
+        search, rest, collision, palm_search, palm_rest, palm_collision = self.outcome.times[:6].tolist()
+        cpo, ppo = (search, rest - collision, collision), (palm_search, palm_rest - palm_collision, palm_collision)
+        return (*cpo, *ppo, float(self.outcome.total))
+
+    @cached_property
+    def trace(self) -> Trace:
+        """Every accepted state; the run is repeated for it, which gives the same states."""
+        settings, states = self.problem.settings, new_states(3)
+        steps = 2 * settings.max_outer_iterations * settings.max_inner_iterations
+        rows = new_trace(int(steps) + SETTLE_ITERATIONS + 1)
+        states[0] = self.first
+        split_fingers(self.problem, states, new_work(), rows)
+        return Trace.from_rows(rows, len(self.hand.fingers), len(self.hand.joint_names))
+
+    @cached_property
+    def _violated(self) -> tuple[tuple[Termination, str], ...]:
+        return tuple(self._violations())
+
+    def _violations(self) -> Iterator[tuple[Termination, str]]:
+        settings, state = self.problem.settings, self.last
+        for finger, residual in zip(self.hand.fingers, state.residuals.tolist(), strict=False):
+            if residual > settings.contact_tolerance:
+                yield (
+                    Termination.CONTACT_OFF_SURFACE,
+                    f"The pad of {finger.name} is {1e3 * residual:.1f} mm from touching the surface; "
+                    f"allowed: {1e3 * settings.contact_tolerance:g} mm.",
+                )
+        for finger, angle in zip(self.hand.fingers, state.pad_angles.tolist(), strict=False):
+            if angle > settings.pad_angle_limit:
+                yield (
+                    Termination.PAD_ANGLE_VIOLATED,
+                    f"The pad of {finger.name} is tilted {angle:.2f} rad against the surface; "
+                    f"allowed: {settings.pad_angle_limit:g} rad.",
+                )
+        if state.penetration > settings.penetration_tolerance:
+            yield (
+                Termination.IN_COLLISION,
+                f"A link lies {1e3 * state.penetration:.1f} mm inside the object; "
+                f"allowed: {1e3 * settings.penetration_tolerance:g} mm.",
+            )
+        joints = state.joints[: len(self.hand.joint_names)]
+        outside = np.flatnonzero((joints < self.hand.lower) | (joints > self.hand.upper))
+        for j in outside.tolist():
+            low, high = self.hand.lower[j], self.hand.upper[j]
+            sentence = f"{self.hand.joint_names[j]} is at {joints[j]:.3f} rad; allowed: {low:.3f} to {high:.3f} rad."
+            yield Termination.JOINT_LIMIT_VIOLATED, sentence
+
+
+def _grasp(hand: Hand, state: np.record) -> Grasp:
+    fingers = len(hand.fingers)
+    pads, contacts = state.pads[:fingers], state.contacts[:fingers]
+    towards = contacts - pads
+    towards /= np.linalg.norm(towards, axis=1, keepdims=True)
+    arrays = (
+        pose_matrix(state.palm_rotation, state.palm_position),
+        state.joints[: len(hand.joint_names)].copy(),
+        contacts.copy(),
+        state.normals[:fingers].copy(),
+        pads + hand.arrays.pad_radii[:fingers, None] * towards,
+        state.residuals[:fingers].copy(),
+        state.pad_angles[:fingers].copy(),
+    )
+    for array in arrays:
+        array.setflags(write=False)
+    return Grasp(*arrays)
