@@ -9,7 +9,7 @@ from fingersplit.quality.objective import manipulability_gradient, object_qualit
 from fingersplit.splitting.acceptance import CONTINUE, REACHED_ITERATION_LIMIT, judge
 from fingersplit.splitting.clock import seconds
 from fingersplit.splitting.potential import add_penalty_gradient
-from fingersplit.splitting.state import attach_contacts, evaluate
+from fingersplit.splitting.state import attach_contacts, evaluate, measure_collision
 from fingersplit.splitting.trace import CPO, record, record_contact_steps
 from fingersplit.splitting.tracking import STATIONARY, at_limit, track
 from fingersplit.vectors import add, get, scale, solve_positive_definite, subtract
@@ -140,10 +140,10 @@ def _project(problem, state, fraction, candidate, work):
     hand, settings = problem.hand, problem.settings
     gain = settings.cpo_gain * settings.time_step
     candidate.palm_rotation[:], candidate.palm_position[:] = state.palm_rotation, state.palm_position
-    candidate.samples[:] = state.samples
     for finger in range(hand.finger_count):
         reached = add(get(state.contacts, finger), scale(fraction, get(work.contact_step, finger)))
-        _, reference, normal = closest(problem.surface, reached, state.samples[finger])
+        sample, reference, normal = closest(problem.surface, reached, state.samples[finger])
+        candidate.samples[finger] = sample
         target = add(reference, scale(hand.pad_radii[finger], normal))
         displacement = scale(gain, subtract(target, get(state.pads, finger)))
         track(hand, state, finger, displacement, work, candidate.joints)
@@ -156,8 +156,12 @@ def _project(problem, state, fraction, candidate, work):
 def _search_line(problem, states, work):
     """F_ls = 1: the best of the full step, already in ``states[1]``, and its halvings."""
     fraction = 1.0
+    if problem.settings.potentials:
+        measure_collision(problem, states[1], work, CPO)
     for _ in range(LINE_SEARCH_HALVINGS):
         fraction *= 0.5
         _project(problem, states[0], fraction, states[2], work)
-        if states[2].quality > states[1].quality:
+        if problem.settings.potentials:
+            measure_collision(problem, states[2], work, CPO)
+        if states[2].merit > states[1].merit:
             states[1] = states[2]

@@ -45,11 +45,11 @@ class PlannerSettings:
     ppo_trust_region: float = _setting(
         0.15, "rad/s", "Largest joint speed sigma_ppo of a PPO tangent step.", 1e-6, 100.0, paper=0.5
     )
-    trust_region_growth: float = _setting(1.5, "1", "Factor on the trust region after a step.", 1.0, 10.0, paper=1.0)
+    trust_region_growth: float = _setting(2.0, "1", "Factor on the trust region after a step.", 1.0, 10.0, paper=1.0)
     trust_region_shrink: float = _setting(
-        0.3, "1", "Factor on the trust region after a refused step.", 0.0, 0.9, paper=0.0
+        0.25, "1", "Factor on the trust region after a refused step.", 0.0, 0.9, paper=0.0
     )
-    least_trust_region: float = _setting(0.01, "as sigma", "A trust region below this ends the phase.", 1e-6, 10.0)
+    least_trust_region: float = _setting(0.03, "as sigma", "A trust region below this ends the phase.", 1e-6, 10.0)
     cpo_least_increase: float = _setting(
         1e-6, "1", "A CPO step must raise Q by more than delta_c.", 0.0, 1.0, paper=0.0
     )
@@ -57,9 +57,9 @@ class PlannerSettings:
         1e-6, "1", "A PPO step must raise Q by more than delta_p.", 0.0, 1.0, paper=0.0
     )
     least_round_increase: float = _setting(
-        2e-5, "1", "The loop ends when a round raises Q by no more; 0 does not look.", 0.0, 1.0, paper=0.0
+        4e-5, "1", "The loop ends when a round raises Q by no more; 0 does not look.", 0.0, 1.0, paper=0.0
     )
-    max_inner_iterations: int = _setting(8, "1", "Most iterations M of one CPO or PPO.", 1, 1_000, paper=50)
+    max_inner_iterations: int = _setting(4, "1", "Most iterations M of one CPO or PPO.", 1, 1_000, paper=50)
     min_inner_iterations: int = _setting(2, "1", "The loop ends when CPO and PPO both take fewer than m.", 1, 1_000)
     max_outer_iterations: int = _setting(10, "1", "Most rounds of CPO and PPO.", 1, 100, paper=30)
     line_search: bool = _setting(False, "", "Search the step length along the tangent (F_ls = 1).", 0, 1)

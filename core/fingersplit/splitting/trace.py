@@ -1,7 +1,7 @@
 """What a run did, state by state."""
 
 from dataclasses import dataclass
-from typing import NamedTuple, Self
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -90,7 +90,7 @@ class Trace:
     @classmethod
     def from_rows(cls, trace: TraceRows, fingers: int, joints: int) -> Self:
         """Copy of the rows in use, read-only."""
-        rows = trace.rows[: trace.length[0]]
+        rows: Any = trace.rows[: trace.length[0]]
         columns = {
             "phases": rows.phase,
             "joints": rows.joints[:, :joints],
