@@ -124,6 +124,10 @@ class Plan:
                 grasp.run.termination.label.replace("_", " "),
                 "feasible" if grasp.run.feasible else "not feasible",
             )
+            for who in ("verification", "initial_verification"):
+                simulation = getattr(getattr(grasp, who, None), "simulation", None)
+                for column in () if simulation is None else fields(simulation):
+                    arrays[f"{grasp.rank}/{who}/{column.name}"] = np.asarray(getattr(simulation, column.name))
             arrays[f"{grasp.rank}/document"] = np.array(json.dumps(grasp.to_document(self.hand)))
             arrays[f"{grasp.rank}/title"] = np.array(
                 f"{self.model.name}, {self.hand.name} hand, rank {grasp.rank}: {verdict}, {end}"

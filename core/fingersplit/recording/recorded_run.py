@@ -54,10 +54,13 @@ class RecordedRun:
             KeyError: The plan has no grasp of that rank.
         """
         with np.load(traces, allow_pickle=False) as stored:
+            document = json.loads(str(stored[f"{rank}/document"]))
             return cls(
                 trace=Trace(**{column.name: stored[f"{rank}/{column.name}"] for column in fields(Trace)}),
-                document=json.loads(str(stored[f"{rank}/document"])),
-                simulation=_simulation(stored, f"{rank}/simulation/"),
+                document=document,
+                simulation=_simulation(stored, f"{rank}/verification/"),
+                initial_simulation=_simulation(stored, f"{rank}/initial_verification/"),
+                initial_report=document["initial"].get("verification"),
             )
 
     @property

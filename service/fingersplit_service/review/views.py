@@ -6,6 +6,7 @@ Making them on demand keeps them off the way of a job's answer, and only runs th
 import asyncio
 import json
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 from fastapi import APIRouter
@@ -57,45 +58,49 @@ class _RecordingResponse(FileResponse):
 @router.get(_GRASP + "/picture.png", response_class=_PngResponse, summary="See a grasp")
 async def get_picture(runtime: RuntimeDependency, principal: Reader, job_id: JobId, rank: Rank) -> _PngResponse:
     """Hand and object at the start and at the end, beside the quality curve."""
-    return _PngResponse(await _view(runtime, principal, job_id, rank, "picture.png"), headers=_KEPT)
+    return _kept(_PngResponse, await _view(runtime, principal, job_id, rank, "picture.png"))
 
 
 @router.get(_GRASP + "/animation.webp", response_class=_WebpResponse, summary="See how a grasp came about")
 async def get_animation(runtime: RuntimeDependency, principal: Reader, job_id: JobId, rank: Rank) -> _WebpResponse:
     """A small moving picture of the search, from the mapped start to the grasp."""
-    return _WebpResponse(await _view(runtime, principal, job_id, rank, "animation.webp"), headers=_KEPT)
+    return _kept(_WebpResponse, await _view(runtime, principal, job_id, rank, "animation.webp"))
 
 
 @router.get(_GRASP + "/recording.rrd", response_class=_RecordingResponse, summary="Get a grasp's recording")
 async def get_recording(runtime: RuntimeDependency, principal: Reader, job_id: JobId, rank: Rank) -> _RecordingResponse:
     """What happened from start to end, for the rerun viewer."""
-    return _RecordingResponse(await _view(runtime, principal, job_id, rank, "recording.rrd"), headers=_KEPT)
+    return _kept(_RecordingResponse, await _view(runtime, principal, job_id, rank, "recording.rrd"))
 
 
 @router.get(_JOB + "/recording.rrd", response_class=_RecordingResponse, summary="Get a job's recording")
 async def get_job_recording(runtime: RuntimeDependency, principal: Reader, job_id: JobId) -> _RecordingResponse:
     """The recording of the best grasp: the first that held in simulation, else the one of rank 1."""
     rank = await _best_rank(runtime, principal, job_id)
-    return _RecordingResponse(await _view(runtime, principal, job_id, rank, "recording.rrd"), headers=_KEPT)
+    return _kept(_RecordingResponse, await _view(runtime, principal, job_id, rank, "recording.rrd"))
 
 
 @router.get(_JOB + "/thumbnail.webp", response_class=_WebpResponse, summary="See a job's best grasp, small")
 async def get_thumbnail(runtime: RuntimeDependency, principal: Reader, job_id: JobId) -> _WebpResponse:
     """The best grasp as in the job's recording, on a transparent ground."""
     rank = await _best_rank(runtime, principal, job_id)
-    return _WebpResponse(await _view(runtime, principal, job_id, rank, "thumbnail.webp"), headers=_KEPT)
+    return _kept(_WebpResponse, await _view(runtime, principal, job_id, rank, "thumbnail.webp"))
 
 
 @router.get(_GRASP + "/curve", summary="Get a grasp's quality curve")
 async def get_curve(runtime: RuntimeDependency, principal: Reader, job_id: JobId, rank: Rank) -> GraspCurve:
     """Quality and gaps over the accepted states of the search."""
     order = await _order(runtime, principal, job_id, rank, "recording.rrd")
-    _check_kept(runtime, order)
+    _check_possible(runtime, order)
     return await asyncio.to_thread(_read_curve, runtime.storage.traces(job_id), rank)
 
 
-_KEPT = {"Cache-Control": "private, max-age=86400"}
-"""What was made of a finished run does not change."""
+_File = TypeVar("_File", bound=FileResponse)
+
+
+def _kept(kind: type[_File], path: Path) -> _File:
+    """A file that a browser may keep: what was made of a finished run does not change."""
+    return kind(path, headers={"Cache-Control": "private, max-age=86400"}, media_type=kind.media_type)
 
 
 def _read_curve(traces: Path, rank: int) -> GraspCurve:
@@ -122,7 +127,7 @@ async def _view(runtime: Runtime, principal: Principal, job_id: str, rank: int, 
     order = await _order(runtime, principal, job_id, rank, name)
     path = runtime.storage.view(job_id, rank, name)
     if not path.exists():
-        _check_kept(runtime, order)
+        _check_possible(runtime, order)
         deadline = runtime.settings.picture_deadline_s
         await runtime.engine.answer(runtime.tasks.draw, runtime.storage, order, deadline_s=deadline)
     return path
@@ -135,7 +140,7 @@ async def _order(runtime: Runtime, principal: Principal, job_id: str, rank: int,
     return ViewOrder(name, job_id, rank, row.object_id, row.object_name, float(friction))
 
 
-def _check_kept(runtime: Runtime, order: ViewOrder) -> None:
+def _check_possible(runtime: Runtime, order: ViewOrder) -> None:
     for needed in (runtime.storage.mesh(order.object_id), runtime.storage.traces(order.job_id)):
         if not needed.exists():
             detail = "It cannot be made: the object or the record of the search is not kept any more."

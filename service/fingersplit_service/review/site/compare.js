@@ -69,7 +69,7 @@ async function curves(jobs, best) {
 function metrics(jobs, best) {
   const value = (pick) => best.map((grasp) => (grasp ? pick(grasp) : null));
   const rows = [
-    ...METRICS.map(([name, label, unit]) => [`${label}${unit ? `, ${unit}` : ""}`, value((grasp) => grasp.metrics[name]), 1, number]),
+    ...METRICS.map(([name, label, unit]) => [`${label}${unit ? `, ${unit}` : ""}`, value((grasp) => grasp.metrics[name] ?? null), 1, number]),
     ["Largest pad tilt, rad", value((grasp) => Math.max(...grasp.contacts.map((contact) => contact.pad_angle))), -1, number],
     ["Q gained over the start", value((grasp) => grasp.metrics.quality - grasp.initial.quality), 1, number],
     ["Feasible starts", jobs.map((job) => job.result.summary.feasible), 1, String],

@@ -54,6 +54,7 @@ export function standing(job) {
 }
 
 export const METRICS = [
+  ["holding_margin", "Holding margin", "N"],
   ["ferrari_canny", "Ferrari-Canny", "N"],
   ["quality", "Quality Q", ""],
   ["object_quality", "Area term", "m²"],

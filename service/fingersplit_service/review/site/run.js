@@ -125,6 +125,7 @@ async function select(job, grasp) {
 function graspDetails(grasp) {
   const millimetres = (vector) => vector.map((value) => (1000 * value).toFixed(1)).join(", ");
   const parts = [
+    h("p", {}, grasp.reason),
     h("p", {}, h("strong", {}, sentence(grasp.termination)), `. ${grasp.advice}`),
     grasp.violations.length ? h("ul", { class: "violations" }, grasp.violations.map((violation) => h("li", {}, violation))) : null,
     facts([
