@@ -58,7 +58,7 @@ def _wait_until_ready(process: "subprocess.Popen[bytes]", url: str) -> None:
                     return
             except (ServiceUnreachable, ApiError):
                 pass
-            time.sleep(0.1)
+            time.sleep(0.5)
     raise AssertionError("The service did not become ready.")
 
 

@@ -4,12 +4,18 @@ import numpy as np
 import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
-__all__ = ["Eye", "grasp_blueprint"]
+from fingersplit.objects.model import ObjectModel
+from fingersplit.recording.lift_rows import Lift
+from fingersplit.recording.recorded_run import RecordedRun
+
+__all__ = ["Eye", "choose_view", "grasp_blueprint"]
 
 Eye = tuple[NDArray[np.float64], NDArray[np.float64]]
 """Where the scene is seen from, and the point looked at, (3,) each [m]."""
 
 BACKGROUND = (34, 40, 49)
+HAND_REACH = 0.2
+"""About how far a hand stands out of the object it grasps [m]."""
 
 
 def grasp_blueprint(eye: Eye, *, lifted: bool) -> rrb.Blueprint:
@@ -64,3 +70,34 @@ def grasp_blueprint(eye: Eye, *, lifted: bool) -> rrb.Blueprint:
 
 def _curve(name: str, origin: str) -> rrb.TimeSeriesView:
     return rrb.TimeSeriesView(origin=origin, name=name)
+
+
+def choose_view(
+    model: ObjectModel, run: RecordedRun, lifts: list[Lift], *, side_by_side: bool
+) -> tuple[Eye, NDArray[np.float64]]:
+    """An eye that sees the fingers from the side, and where a second scene stands beside the first.
+
+    Args:
+        model: The object.
+        run: What is told.
+        lifts: What follows it.
+        side_by_side: Whether there is a second scene.
+
+    Returns:
+        The eye, and the offset of the second scene, (3,) [m].
+    """
+    up = np.array([0.0, 0.0, 1.0])
+    palm_x = run.trace.palm_rotations[-1][:, 0]  # across the closing direction of the fingers
+    towards = palm_x - (palm_x @ up) * up
+    if np.linalg.norm(towards) < 0.3:
+        towards = np.cross(run.trace.palm_rotations[-1][:, 2], up)
+    towards = towards / np.linalg.norm(towards)
+    right = np.cross(up, towards)
+    radius = model.radius + HAND_REACH
+    beside = 1.2 * radius * right
+    raised = max((float(np.ptp(lift.object_positions[:, 2])) for lift in lifts), default=0.0)
+    middle = (run.trace.palm_positions[-1] + model.center_of_mass) / 2
+    target = middle + raised / 2 * up + (beside / 2 if side_by_side else 0)
+    distance = 1.3 * radius + 0.9 * raised + (0.4 * radius if side_by_side else 0)
+    direction = towards + 0.35 * up + 0.35 * right
+    return (target + distance * direction / np.linalg.norm(direction), target), beside
