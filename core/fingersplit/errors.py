@@ -3,6 +3,8 @@
 from collections.abc import Iterable
 
 __all__ = [
+    "CacheError",
+    "ExchangeError",
     "FingersplitError",
     "MeshError",
     "ParallelGraspError",
@@ -15,6 +17,10 @@ __all__ = [
 
 class FingersplitError(Exception):
     """Root of every error raised on purpose; its text says what is wrong and what would be right."""
+
+
+class CacheError(FingersplitError):
+    """A cache folder, a limit, a key or an array that cannot be used."""
 
 
 class MeshError(FingersplitError):
@@ -51,6 +57,10 @@ class ParallelGraspError(FingersplitError):
 
 class SettingsError(FingersplitError):
     """An unknown planner setting, or a value outside its range."""
+
+
+class ExchangeError(FingersplitError):
+    """A file or document of another tool's format that does not say what the format promises."""
 
 
 class ResultError(FingersplitError):

@@ -17,8 +17,9 @@ from fingersplit.quality.holding import Holding
 from fingersplit.splitting.run import Run
 from fingersplit.splitting.surroundings import Surroundings
 from fingersplit.splitting.trace import PHASE_NAMES
+from fingersplit.verification.report import Verification
 
-__all__ = ["Plan", "PlannedGrasp"]
+__all__ = ["Plan", "PlannedGrasp", "Proof"]
 
 _TIMED_STAGES = (
     "cpo_tangent_search",
@@ -42,6 +43,8 @@ class PlannedGrasp:
         holding: How it holds the object, with the forces that do.
         surroundings: Pre-grasp, approach and squeeze.
         reason: Why it stands at this rank, in a sentence.
+        verification: What its simulation showed, None when it was not verified.
+        initial_verification: The same for the grasp it began as.
     """
 
     rank: int
@@ -50,6 +53,8 @@ class PlannedGrasp:
     holding: Holding
     surroundings: Surroundings
     reason: str
+    verification: Verification | None = None
+    initial_verification: Verification | None = None
 
     def to_document(self, hand: Hand) -> dict[str, Any]:
         """This grasp as it stands in a result document."""
@@ -70,8 +75,9 @@ class PlannedGrasp:
                 "parallel_grasp": run.parallel_grasp.to_document(),
                 **run.initial.to_document(hand),
                 "quality": float(run.first.quality),
+                "verification": _report(self.initial_verification),
             },
-            "verification": None,
+            "verification": _report(self.verification),
         }
 
     def _surroundings_document(self, hand: Hand) -> dict[str, Any]:
@@ -83,6 +89,46 @@ class PlannedGrasp:
                 "joints": hand.named(around.pregrasp_joints),
             }
         return {"pregrasp": pregrasp, "squeeze_joints": hand.named(around.squeeze_joints)}
+
+
+def _report(verification: Verification | None) -> dict[str, Any] | None:
+    return None if verification is None else verification.to_document()
+
+
+@dataclass(frozen=True)
+class Proof:
+    """How the verification of ranked grasps went.
+
+    Attributes:
+        protocol: Name of the preset.
+        controller: Name of the controller.
+        wanted: How many grasps were to hold.
+        tried: How many were verified, from rank 1 on.
+        held: How many of these held.
+        out_of_time: Whether the deadline ended it.
+        seconds: Time that it took [s].
+    """
+
+    protocol: str
+    controller: str
+    wanted: int
+    tried: int
+    held: int
+    out_of_time: bool
+    seconds: float
+
+    def to_document(self) -> dict[str, Any]:
+        """The same as plain JSON data, with a sentence on the outcome."""
+        end = " Time ran out." if self.out_of_time else ""
+        return {
+            "protocol": self.protocol,
+            "controller": self.controller,
+            "wanted": self.wanted,
+            "tried": self.tried,
+            "held": self.held,
+            "message": f"{self.held} of {self.tried} tried grasps held {self.protocol}; {self.wanted} wanted.{end}",
+            "time_ms": 1e3 * self.seconds,
+        }
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,6 +144,7 @@ class Plan:
         grasps: The best of them, best first.
         message: One sentence on how it went.
         seconds: Time by stage [s]: parallel grasps, mapping, splitting, ranking.
+        proof: How the verification of the grasps went, None when it was not asked for.
     """
 
     hand: Hand
@@ -108,6 +155,7 @@ class Plan:
     grasps: tuple[PlannedGrasp, ...]
     message: str
     seconds: dict[str, float]
+    proof: Proof | None = None
 
     @property
     def feasible(self) -> int:
@@ -124,10 +172,15 @@ class Plan:
                 grasp.run.termination.label.replace("_", " "),
                 "feasible" if grasp.run.feasible else "not feasible",
             )
-            for who in ("verification", "initial_verification"):
-                simulation = getattr(getattr(grasp, who, None), "simulation", None)
-                for column in () if simulation is None else fields(simulation):
-                    arrays[f"{grasp.rank}/{who}/{column.name}"] = np.asarray(getattr(simulation, column.name))
+            for who, report in (
+                ("verification", grasp.verification),
+                ("initial_verification", grasp.initial_verification),
+            ):
+                if report is not None and report.simulation is not None:
+                    for column in fields(report.simulation):
+                        arrays[f"{grasp.rank}/{who}/{column.name}"] = np.asarray(
+                            getattr(report.simulation, column.name)
+                        )
             arrays[f"{grasp.rank}/document"] = np.array(json.dumps(grasp.to_document(self.hand)))
             arrays[f"{grasp.rank}/title"] = np.array(
                 f"{self.model.name}, {self.hand.name} hand, rank {grasp.rank}: {verdict}, {end}"
@@ -152,6 +205,7 @@ class Plan:
                 "feasible": self.feasible,
                 "terminations": {end.label: ends[end] for end in sorted(ends)},
                 "message": self.message,
+                "verification": None if self.proof is None else self.proof.to_document(),
             },
             "timings_ms": {**timings, "total": sum(timings.values())},
             "grasps": [grasp.to_document(self.hand) for grasp in self.grasps],

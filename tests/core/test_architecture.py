@@ -20,13 +20,15 @@ FLOORS = (
     {"transforms", "vectors"},
     {"hands", "objects"},
     {"grasp"},
+    {"exchange"},
     {"parallel_grasps", "quality"},
-    {"splitting"},
+    {"splitting", "verification"},
     {"plan"},
     {"ranking"},
     {"planning"},
     {"recording"},
-    {"warming"},
+    {"proving", "verify_command"},
+    {"record_command", "warming"},
     {"cli"},
 )
 FLOOR_OF_ROOM = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}

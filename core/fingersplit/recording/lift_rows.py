@@ -1,7 +1,5 @@
 """The simulated part of a recording: the verification's frames, on the steps after the planning rows."""
 
-from typing import Any
-
 import numpy as np
 import rerun as rr
 from numpy.typing import NDArray
@@ -9,6 +7,7 @@ from scipy.spatial.transform import Rotation
 
 from fingersplit.hands.hand import Hand
 from fingersplit.recording.posing import pose_shapes
+from fingersplit.verification import Simulation
 
 __all__ = ["Lift", "lift_indexes", "record_lift"]
 
@@ -40,7 +39,7 @@ class Lift:
         turns: How far it has turned in the palm, (T,) [rad].
     """
 
-    def __init__(self, simulation: Any, hand: Hand) -> None:
+    def __init__(self, simulation: Simulation, hand: Hand) -> None:
         series = (simulation.palm_positions, simulation.joints, simulation.object_positions, simulation.contact_forces)
         finite = np.logical_and.reduce([np.isfinite(one).reshape(len(one), -1).all(axis=1) for one in series])
         usable = len(finite) if finite.all() else int(finite.argmin())

@@ -4,7 +4,6 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any, Self
 
 import numpy as np
@@ -12,6 +11,7 @@ import numpy as np
 from fingersplit.hands.hand import Hand
 from fingersplit.plan import PlannedGrasp
 from fingersplit.splitting.trace import Trace
+from fingersplit.verification import Simulation, Verification
 
 __all__ = ["RecordedRun"]
 
@@ -30,20 +30,20 @@ class RecordedRun:
 
     trace: Trace
     document: dict[str, Any]
-    simulation: Any = None
-    initial_simulation: Any = None
+    simulation: Simulation | None = None
+    initial_simulation: Simulation | None = None
     initial_report: dict[str, Any] | None = None
 
     @classmethod
-    def from_planned(cls, grasp: PlannedGrasp, hand: Hand, initial_verification: Any = None) -> Self:
+    def from_planned(cls, grasp: PlannedGrasp, hand: Hand, initial_verification: Verification | None = None) -> Self:
         """From a grasp that was just planned, and on request the verification of its mapped start."""
-        verification = getattr(grasp, "verification", None)
+        initial = initial_verification or grasp.initial_verification
         return cls(
             trace=grasp.run.trace,
             document=grasp.to_document(hand),
-            simulation=None if verification is None else verification.simulation,
-            initial_simulation=None if initial_verification is None else initial_verification.simulation,
-            initial_report=None if initial_verification is None else initial_verification.to_document(),
+            simulation=None if grasp.verification is None else grasp.verification.simulation,
+            initial_simulation=None if initial is None else initial.simulation,
+            initial_report=None if initial is None else initial.to_document(),
         )
 
     @classmethod
@@ -60,7 +60,7 @@ class RecordedRun:
                 document=document,
                 simulation=_simulation(stored, f"{rank}/verification/"),
                 initial_simulation=_simulation(stored, f"{rank}/initial_verification/"),
-                initial_report=document["initial"].get("verification"),
+                initial_report=document["initial"]["verification"],
             )
 
     @property
@@ -70,7 +70,7 @@ class RecordedRun:
         return f"rank {self.document['rank']}: {verdict}, {self.document['termination'].replace('_', ' ')}"
 
 
-def _simulation(stored: Mapping[str, Any], prefix: str) -> Any:
-    """Stored simulation columns as one object with the same attributes; None when there are none."""
+def _simulation(stored: Mapping[str, Any], prefix: str) -> Simulation | None:
+    """The stored simulation; None when there is none."""
     columns = {name.removeprefix(prefix): stored[name] for name in stored if name.startswith(prefix)}
-    return SimpleNamespace(**columns) if columns else None
+    return Simulation(**columns | {"phase_names": tuple(columns["phase_names"].tolist())}) if columns else None

@@ -6,7 +6,6 @@ poses: the first instance is the split grasp, the second, if there is one, the m
 """
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import rerun as rr
@@ -23,6 +22,7 @@ from fingersplit.recording.planning_rows import planning_indexes, record_plannin
 from fingersplit.recording.recorded_run import RecordedRun
 from fingersplit.recording.story import log_story
 from fingersplit.splitting.settings import PlannerSettings
+from fingersplit.verification import Verification
 
 __all__ = ["APPLICATION", "record_run", "write_recording"]
 
@@ -33,7 +33,7 @@ Poses = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 
 def record_run(
-    path: Path, model: ObjectModel, hand: Hand, grasp: PlannedGrasp, initial_verification: Any = None
+    path: Path, model: ObjectModel, hand: Hand, grasp: PlannedGrasp, initial_verification: Verification | None = None
 ) -> None:
     """Write the recording of a grasp that was just planned, with the simulation of its verification if it has one.
 
@@ -42,7 +42,7 @@ def record_run(
         model: The object.
         hand: The hand.
         grasp: The grasp.
-        initial_verification: Verification of the mapped parallel grasp by the same protocol, shown beside it.
+        initial_verification: Verification of the mapped parallel grasp, shown beside it; by default the grasp's own.
     """
     write_recording(path, model, hand, RecordedRun.from_planned(grasp, hand, initial_verification))
 

@@ -1,8 +1,6 @@
 """What a caller may tune: the fast defaults, and the values of [Fan2018] at ``fidelity="paper"``."""
 
-import json
 import math
-from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, fields
 from typing import Any, Self
 
@@ -112,22 +110,6 @@ class PlannerSettings:
         if unknown:
             raise SettingsError(f"Unknown planner setting {unknown[0]!r}; known: {', '.join(known)}.")
         return cls.of(**{"fidelity": "default", **document})
-
-    @classmethod
-    def from_pairs(cls, pairs: Sequence[str]) -> Self:
-        """Settings from texts such as ``friction=0.4``.
-
-        Raises:
-            SettingsError: As ``from_document``, or a text that is no pair.
-        """
-        values = {}
-        for pair in pairs:
-            name, _, text = pair.partition("=")
-            try:
-                values[name] = json.loads(text)
-            except json.JSONDecodeError:
-                raise SettingsError(f"Setting {pair!r} is not NAME=VALUE with a number, true or false.") from None
-        return cls.from_document(values)
 
     def for_kernels(self) -> np.record:
         """The same values as the ``SETTINGS`` record that compiled code reads."""

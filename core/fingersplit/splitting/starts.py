@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from fingersplit.hands.hand import Hand
 from fingersplit.objects.model import ObjectModel
+from fingersplit.parallel_grasps.grasp_set import ParallelGrasps
 from fingersplit.parallel_grasps.parallel_grasp import ParallelGrasp
 from fingersplit.splitting.batch import OUTCOME, screen_grasps, split_grasps
 from fingersplit.splitting.jaw_table import jaw_table
@@ -59,9 +60,9 @@ def choose_starts(
     """
     if not grasps:
         return []
-    pairs = np.array([grasp.contacts for grasp in grasps])  # (n, 2, 3)
-    contacts = np.concatenate([pairs, pairs[:, ::-1]])
-    approaches = np.tile([grasp.approach for grasp in grasps], (2, 1))
+    given = grasps if isinstance(grasps, ParallelGrasps) else ParallelGrasps.from_grasps(grasps)
+    contacts = np.concatenate([given.contacts, given.contacts[:, ::-1]])
+    approaches = np.tile(given.approaches, (2, 1))
     costs, choices = np.empty((len(contacts), REFINED)), np.empty((len(contacts), REFINED, 2), np.int64)
 
     def screen(part: slice) -> None:
@@ -69,7 +70,7 @@ def choose_starts(
         screen_grasps(problem, jaw_table(hand), *arrays, new_states(1), new_work(), costs[part], choices[part])
 
     _in_threads(screen, len(contacts), threads, "mapping", report)
-    best = _spread(costs[:, 0], pairs, count)
+    best = _spread(costs[:, 0], given.contacts, count)
     return [Start(grasps[i % len(grasps)], contacts[i], choices[i]) for i in best]
 
 

@@ -37,7 +37,9 @@ def folder(tmp_path_factory):
 
 
 def test_a_stored_result_is_recorded_as_it_was_planned(folder):
-    finished = run("record", "ball.json", "ball.stl", "--unit", "mm", "--setting", "friction=0.5", cwd=folder)
+    finished = run(
+        "record", "ball.json", "--object", "ball.stl", "--unit", "mm", "--setting", "friction=0.5", cwd=folder
+    )
     assert finished.returncode == 0, finished.stderr
     assert finished.stdout.startswith("ball.rrd: ")
     assert log_of(folder / "ball.rrd") == log_of(folder / "planned.rrd")
@@ -46,7 +48,18 @@ def test_a_stored_result_is_recorded_as_it_was_planned(folder):
 def test_another_rank_is_another_recording(folder):
     ranks = len(json.loads((folder / "ball.json").read_text())["grasps"])
     assert ranks > 1
-    arguments = ("ball.stl", "--unit", "mm", "--setting", "friction=0.5", "--rank", 2, "--output", "second.rrd")
+    arguments = (
+        "--object",
+        "ball.stl",
+        "--unit",
+        "mm",
+        "--setting",
+        "friction=0.5",
+        "--rank",
+        2,
+        "--output",
+        "second.rrd",
+    )
     assert run("record", "ball.json", *arguments, cwd=folder).returncode == 0
     assert log_of(folder / "second.rrd") != log_of(folder / "planned.rrd")
 
@@ -54,10 +67,13 @@ def test_another_rank_is_another_recording(folder):
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (("ball.json", "other.stl", "--unit", "mm"), "The result is for the mesh"),
-        (("ball.json", "ball.stl", "--unit", "mm", "--rank", "99"), "The result has no grasp of rank 99"),
-        (("ball.json", "ball.stl", "--unit", "mm", "--setting", "cpo_trust_region=0.01"), "does not come out again"),
-        (("ball.stl", "ball.stl"), "is no result document"),
+        (("ball.json", "--object", "other.stl", "--unit", "mm"), "The result is for the mesh"),
+        (("ball.json", "--object", "ball.stl", "--unit", "mm", "--rank", "99"), "The result has no grasp of rank 99"),
+        (
+            ("ball.json", "--object", "ball.stl", "--unit", "mm", "--setting", "cpo_trust_region=0.01"),
+            "does not come out again",
+        ),
+        (("ball.stl", "--object", "ball.stl"), "is no result document"),
     ],
 )
 def test_what_cannot_be_recorded_is_explained(folder, arguments, said):

@@ -3,7 +3,6 @@
 import subprocess
 import sys
 from dataclasses import fields, replace
-from types import SimpleNamespace
 
 import numpy as np
 import pyarrow as pa
@@ -22,6 +21,7 @@ from fingersplit.recording.recorded_run import RecordedRun
 from fingersplit.recording.run_recording import record_run, write_recording
 from fingersplit.splitting.trace import CPO, PHASE_NAMES, QUALITY
 from fingersplit.transforms import wxyz_from_rotation
+from fingersplit.verification import Simulation
 
 FRAMES = 40
 
@@ -83,7 +83,7 @@ def simulated(grasp, *, drops, frames=FRAMES):
     up = np.outer(height, (0, 0, 1))
     held = np.ones(frames) if not drops else (np.arange(frames) < frames // 2).astype(float)
     forces = -2.0 * grasp.run.final.normals * held[:, None, None]
-    return SimpleNamespace(
+    return Simulation(
         times=times,
         phases=(np.arange(frames) >= frames // 2).astype(np.int64),
         phase_names=("squeeze", "lift"),

@@ -50,6 +50,14 @@ from fingersplit_client.schemas.resources import (
     SessionCreate,
     SessionInfo,
 )
+from fingersplit_client.schemas.verification import (
+    Proof,
+    Verification,
+    VerificationBranch,
+    VerificationGrip,
+    VerificationPhase,
+    VerificationReason,
+)
 
 __all__ = [
     "Batch",
@@ -89,6 +97,7 @@ __all__ = [
     "PlanTimings",
     "PlannedObject",
     "Problem",
+    "Proof",
     "Quaternion",
     "Readiness",
     "SessionCreate",
@@ -96,4 +105,9 @@ __all__ = [
     "Termination",
     "Unit",
     "Vector3",
+    "Verification",
+    "VerificationBranch",
+    "VerificationGrip",
+    "VerificationPhase",
+    "VerificationReason",
 ]

@@ -2,19 +2,21 @@
 
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from fingersplit.errors import ViewerError
+from fingersplit.verify_command import named_values
 
 __all__ = ["record", "review", "setup_viewer"]
 
 
 def record(
     result: Annotated[Path, typer.Argument(help="Result document, JSON.", exists=True, dir_okay=False)],
-    mesh: Annotated[Path, typer.Argument(help="Mesh it was planned for.", exists=True, dir_okay=False)],
+    mesh: Annotated[Path, typer.Option("--object", help="The object's mesh file.", exists=True, dir_okay=False)],
     unit: Annotated[str, typer.Option(help="Unit of the mesh: m, mm, cm or in.")] = "m",
     rank: Annotated[int, typer.Option(help="Rank of the grasp to record.", min=1)] = 1,
     setting: Annotated[
@@ -24,20 +26,28 @@ def record(
         Path | None, typer.Option(help="Recording to write.", show_default="RESULT with the suffix .rrd")
     ] = None,
 ) -> None:
-    """Record a stored grasp: its run is repeated from its parallel grasp, and must end in the same grasp."""
+    """Record a stored grasp: its run is repeated, which must give the same grasp, and so is its verification."""
     from fingersplit.hands.hand import load_hand
+    from fingersplit.objects.convex_pieces import decompose
     from fingersplit.objects.intake import load_mesh
     from fingersplit.objects.model import prepare_object
     from fingersplit.recording.recorded_run import RecordedRun
     from fingersplit.recording.replay import read_result, replay
     from fingersplit.recording.run_recording import write_recording
     from fingersplit.splitting.settings import PlannerSettings
+    from fingersplit.verification import verify
 
     document = read_result(result)
-    settings = PlannerSettings.from_pairs(setting or [])
+    settings = PlannerSettings.from_document(named_values(setting or []))
     hand = load_hand(document["hand"])
     model = prepare_object(load_mesh(mesh, unit)[0], document["object"]["name"])
     grasp = replay(document, rank, model, hand, settings)
+    stored = document["grasps"][rank - 1]
+    if stored["verification"] is not None:
+        pieces, protocol = decompose(model.mesh), stored["verification"]["protocol"]
+        grasps = [grasp.run.final] + ([grasp.run.initial] if stored["initial"]["verification"] is not None else [])
+        reports = [verify(one, hand, model, pieces, protocol, friction=settings.friction) for one in grasps]
+        grasp = replace(grasp, verification=reports[0], initial_verification=reports[1] if reports[1:] else None)
     run = RecordedRun.from_planned(grasp, hand)
     path = output or result.with_suffix(".rrd")
     write_recording(path, model, hand, run, settings.friction)
