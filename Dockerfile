@@ -20,6 +20,7 @@ ENV PATH=/opt/fingersplit/bin:$PATH \
     PYTHONUNBUFFERED=1 \
     MUJOCO_GL=disable \
     NUMBA_CACHE_DIR=/var/cache/fingersplit \
+    FINGERSPLIT_VIEWER_DIR=/var/cache/fingersplit \
     FINGERSPLIT_DATA_DIR=/data
 RUN useradd --system --create-home fingersplit \
     && mkdir -p /data "$NUMBA_CACHE_DIR" \
@@ -27,7 +28,7 @@ RUN useradd --system --create-home fingersplit \
 COPY --from=build /opt/fingersplit /opt/fingersplit
 USER fingersplit
 # Compiled for the CPU of the machine that builds; on another kind of CPU the first start compiles again.
-RUN fingersplit warm
+RUN fingersplit warm && fingersplit setup-viewer
 VOLUME /data
 EXPOSE 8000
 HEALTHCHECK --interval=10s --timeout=3s --start-period=120s CMD ["python", "-c", "\

@@ -24,13 +24,14 @@ help:
 demo: $(VENV)/.kernels
 	@$(BIN)/python examples/demo.py
 
-serve: $(VENV)/.kernels
+serve: $(VENV)/.kernels $(VENV)/.viewer
 	@$(BIN)/fingersplit serve
 
 bench: $(VENV)/.dev $(VENV)/.kernels
 	@$(BIN)/fingersplit bench --report build/bench
 
-test: $(VENV)/.dev $(VENV)/.kernels
+test: $(VENV)/.dev $(VENV)/.kernels $(VENV)/.viewer
+	@$(BIN)/python tests/support/chromium.py
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
@@ -63,6 +64,10 @@ $(VENV)/.run: requirements/run.lock $(PYPROJECTS) | $(VENV)/bin/pip
 $(VENV)/.dev: requirements/dev.lock $(VENV)/.run
 	@echo "==> Installing the pinned test tools"
 	@$(BIN)/pip install --quiet --require-hashes -r requirements/dev.lock
+	@touch $@
+
+$(VENV)/.viewer: $(VENV)/.run
+	@$(BIN)/fingersplit setup-viewer
 	@touch $@
 
 $(VENV)/.kernels: $(VENV)/.run

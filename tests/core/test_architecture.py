@@ -26,9 +26,10 @@ FLOORS = (
     {"splitting", "verification"},
     {"plan"},
     {"ranking"},
-    {"planning", "recording"},
+    {"planning"},
+    {"recording"},
     {"proving", "verify_command"},
-    {"warming"},
+    {"record_command", "warming"},
     {"cli"},
 )
 FLOOR_OF_ROOM = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}

@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from multiprocessing.connection import Connection
+from pathlib import Path
 from typing import Any, TypeVar
 
 from pebble import ProcessExpired, ProcessPool
@@ -24,6 +25,7 @@ __all__ = ["DeadlineExceeded", "ReportHandler", "WorkerDied", "WorkerSlot"]
 Returned = TypeVar("Returned")
 ReportHandler = Callable[[Report], None]
 
+_PAGE = os.sysconf("SC_PAGE_SIZE")
 _ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"), "1")
 
 
@@ -60,6 +62,14 @@ class WorkerSlot:
     def usable(self) -> bool:
         """Whether a process is there and meant to stay."""
         return not self._killed and self._death is not None and not self._death.done()
+
+    @property
+    def resident_bytes(self) -> int:
+        """Memory that the process has in use; 0 where the system does not say."""
+        try:
+            return int(Path(f"/proc/{self._pid}/statm").read_text().split()[1]) * _PAGE
+        except (OSError, IndexError):
+            return 0
 
     def start(self) -> None:
         """Start a process.

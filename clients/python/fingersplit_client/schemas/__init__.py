@@ -5,7 +5,19 @@ the frame of the uploaded mesh; quaternions are ``wxyz``. Surface normals point 
 """
 
 from fingersplit_client.schemas.base import Document, Quaternion, Unit, Vector3
-from fingersplit_client.schemas.jobs import Job, JobCreate, JobError, JobState, JobSummary
+from fingersplit_client.schemas.jobs import (
+    Batch,
+    BatchCreate,
+    GraspCurve,
+    GraspVerification,
+    Job,
+    JobCreate,
+    JobError,
+    JobPage,
+    JobState,
+    JobSummary,
+    JobVerification,
+)
 from fingersplit_client.schemas.plan import (
     Contact,
     Grasp,
@@ -31,7 +43,14 @@ from fingersplit_client.schemas.resources import (
     IntakeReport,
     ObjectInfo,
     ObjectOptions,
+    ObjectPage,
+    ParallelGraspsCreate,
+    ParallelGraspSet,
+    ParallelGraspSetInfo,
+    ParallelGraspsGenerate,
     Readiness,
+    SessionCreate,
+    SessionInfo,
 )
 from fingersplit_client.schemas.verification import (
     Proof,
@@ -43,11 +62,15 @@ from fingersplit_client.schemas.verification import (
 )
 
 __all__ = [
+    "Batch",
+    "BatchCreate",
     "CloudReport",
     "Contact",
     "Document",
     "Grasp",
+    "GraspCurve",
     "GraspTimings",
+    "GraspVerification",
     "HandFinger",
     "HandInfo",
     "HandJoint",
@@ -59,13 +82,20 @@ __all__ = [
     "Job",
     "JobCreate",
     "JobError",
+    "JobPage",
     "JobState",
     "JobSummary",
+    "JobVerification",
     "Metrics",
     "ObjectInfo",
     "ObjectOptions",
+    "ObjectPage",
     "Palm",
     "ParallelGrasp",
+    "ParallelGraspSet",
+    "ParallelGraspSetInfo",
+    "ParallelGraspsCreate",
+    "ParallelGraspsGenerate",
     "PlanResult",
     "PlanSummary",
     "PlanTimings",
@@ -74,6 +104,8 @@ __all__ = [
     "Proof",
     "Quaternion",
     "Readiness",
+    "SessionCreate",
+    "SessionInfo",
     "Termination",
     "Unit",
     "Vector3",

@@ -6,6 +6,7 @@ from typing import Literal
 from pydantic import Field
 
 from fingersplit_client.schemas.base import Document, Unit, Vector3
+from fingersplit_client.schemas.plan import ParallelGrasp
 
 __all__ = [
     "CloudReport",
@@ -16,7 +17,14 @@ __all__ = [
     "IntakeReport",
     "ObjectInfo",
     "ObjectOptions",
+    "ObjectPage",
+    "ParallelGraspSet",
+    "ParallelGraspSetInfo",
+    "ParallelGraspsCreate",
+    "ParallelGraspsGenerate",
     "Readiness",
+    "SessionCreate",
+    "SessionInfo",
 ]
 
 
@@ -87,6 +95,49 @@ class ObjectInfo(Document):
     created_at: datetime = Field(description="When the object was first uploaded, UTC.")
 
 
+class ObjectPage(Document):
+    """Some objects, newest first, and where the next page begins."""
+
+    items: list[ObjectInfo] = Field(description="The objects of this page.")
+    next_cursor: str | None = Field(description="Value of `cursor` for the next page; null on the last one.")
+
+
+class ParallelGraspsGenerate(Document):
+    """How parallel grasps of an object are to be found."""
+
+    hand: str = Field(default="barrett", description="The hand whose opening they must fit.", max_length=64)
+    count: int = Field(default=32, ge=1, le=1024, description="How many pairs of contacts to find at most.")
+    seed: int = Field(default=0, ge=0, lt=2**63, description="Seed of every random choice.")
+    friction: float = Field(default=0.6, ge=0.01, le=2.0, description="Friction coefficient of the contacts.")
+    name: str = Field(default="", description="Name for people.", max_length=200)
+
+
+class ParallelGraspsCreate(Document):
+    """Parallel grasps that were found elsewhere."""
+
+    parallel_grasps: list[ParallelGrasp] = Field(
+        min_length=1, max_length=1024, description="The grasps, object frame [m]."
+    )
+    name: str = Field(default="", description="Name for people.", max_length=200)
+
+
+class ParallelGraspSetInfo(Document):
+    """A stored set of parallel grasps of an object, without the grasps."""
+
+    id: str = Field(description="Id to use as `parallel_grasp_set` of a job.")
+    object_id: str = Field(description="Id of the object.")
+    origin: Literal["generated", "imported"] = Field(description="Whether the service found them or was given them.")
+    name: str = Field(description="Name for people.")
+    count: int = Field(description="Number of grasps.")
+    created_at: datetime = Field(description="When the set was stored, UTC.")
+
+
+class ParallelGraspSet(ParallelGraspSetInfo):
+    """A stored set of parallel grasps of an object."""
+
+    parallel_grasps: list[ParallelGrasp] = Field(description="The grasps, object frame [m].")
+
+
 class HandJoint(Document):
     """One joint of a hand."""
 
@@ -123,3 +174,16 @@ class Readiness(Document):
 
     status: Literal["ready"] = Field(default="ready", description="Always ready.")
     workers: int = Field(description="Number of warm worker processes.")
+
+
+class SessionCreate(Document):
+    """Opens a browser's session with an API key."""
+
+    key: str = Field(description="The API key.", max_length=200)
+
+
+class SessionInfo(Document):
+    """Whom a session or key belongs to."""
+
+    name: str = Field(description="Name of the key.")
+    scopes: list[Literal["read", "plan", "admin"]] = Field(description="What it may do.")
