@@ -11,6 +11,8 @@ SECTIONS = {
     "planner": "fingersplit_bench.planner:measure_planner",
     "paper": "fingersplit_bench.paper:measure_paper",
     "ipopt": "fingersplit_bench.ipopt.section:measure_ipopt",
+    "parallel_grasps": "fingersplit_bench.parallel_grasps:parallel_grasps_chapter",
+    "verification": "fingersplit_bench.verification:verification_chapter",
 }
 """Name of each section and its function from ``Bench`` to ``Chapter``, in the order of the report."""
 

@@ -14,7 +14,8 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from fingersplit.errors import FingersplitError, ParallelGraspError, SettingsError
+from fingersplit.errors import ExchangeError, FingersplitError
+from fingersplit.verify_command import named_values, verify_stored
 
 __all__ = ["main"]
 
@@ -32,20 +33,42 @@ app = typer.Typer(
 
 @app.command()
 def plan(
-    mesh: Annotated[Path, typer.Argument(help="Mesh file: STL, OBJ, PLY, OFF or GLB.", exists=True, dir_okay=False)],
+    file: Annotated[
+        Path,
+        typer.Argument(
+            help="Mesh (STL, OBJ, PLY, OFF, GLB) or point cloud (PLY, PCD, NPZ).", exists=True, dir_okay=False
+        ),
+    ],
     hand: Annotated[str, typer.Option(help="Hand to plan for; see `fingersplit hands`.")] = "barrett",
     starts: Annotated[int, typer.Option(help="Most runs of the finger splitting.", min=1)] = 64,
     seed: Annotated[int, typer.Option(help="Seed of every random choice.", min=0)] = 0,
-    unit: Annotated[str, typer.Option(help="Unit of the mesh: m, mm, cm or in.")] = "m",
+    unit: Annotated[str, typer.Option(help="Unit of the file: m, mm, cm or in.")] = "m",
+    density: Annotated[float | None, typer.Option(help="Density of the object [kg/m^3].")] = None,
+    mass: Annotated[float | None, typer.Option(help="Mass of the object [kg], instead of a density.")] = None,
+    friction: Annotated[float | None, typer.Option(help="Coulomb friction between the object and the pads.")] = None,
+    fairing: Annotated[
+        float, typer.Option(help="Smooth a noisy mesh: waves of this length [m] lose half their height.")
+    ] = 0.0,
+    viewpoint: Annotated[
+        tuple[float, float, float] | None,
+        typer.Option(help="Where the camera stood that saw the point cloud, in the file's frame and unit."),
+    ] = None,
     top_k: Annotated[int, typer.Option(help="Most grasps to return.", min=1)] = 10,
     parallel_grasps: Annotated[
         Path | None,
         typer.Option(
-            help='JSON list of {"contacts": [[x,y,z],[x,y,z]], "approach": [x,y,z]}, object frame [m].',
+            help="Start from the parallel grasps of this file instead: our JSON, Dex-Net, ACRONYM, GraspGen, "
+            "Isaac grasp or graspnetAPI.",
             exists=True,
             dir_okay=False,
         ),
     ] = None,
+    grasp_format: Annotated[
+        str | None, typer.Option("--format", help="Format of that file; by its content when left out.")
+    ] = None,
+    source: Annotated[
+        str, typer.Option(help="Where parallel grasps are found: antipodal, surface_fitting or both.")
+    ] = "antipodal",
     setting: Annotated[
         list[str] | None, typer.Option(help="Planner setting as NAME=VALUE, such as friction=0.4; repeatable.")
     ] = None,
@@ -53,27 +76,58 @@ def plan(
         Path | None, typer.Option("--json", help="Write the result document here; - for standard output.")
     ] = None,
     picture: Annotated[Path | None, typer.Option(help="Write a PNG of the best grasp here.")] = None,
+    verified: Annotated[int, typer.Option(help="Verify ranked grasps in MuJoCo until so many hold.", min=0)] = 0,
+    protocol: Annotated[
+        str, typer.Option(help="What is done with the held object; see `fingersplit verify`.")
+    ] = "lift",
+    initial: Annotated[bool, typer.Option(help="Verify the initial parallel grasps, too.")] = False,
 ) -> None:
-    """Plan grasps for a mesh and print them, best first."""
+    """Plan grasps for a mesh or a point cloud and print them, best first."""
     from fingersplit.hands.hand import load_hand
-    from fingersplit.objects.intake import load_mesh
-    from fingersplit.objects.model import prepare_object
-    from fingersplit.parallel_grasps.parallel_grasp import ParallelGrasp
+    from fingersplit.objects.convex_pieces import decompose
+    from fingersplit.objects.intake import load_object
+    from fingersplit.objects.options import ObjectOptions
+    from fingersplit.objects.preparing import prepare
+    from fingersplit.parallel_grasps.importers import import_parallel_grasps
     from fingersplit.planning import plan as plan_grasps
+    from fingersplit.proving import prove
     from fingersplit.splitting.settings import PlannerSettings
 
-    settings = PlannerSettings.from_document(_named_values(setting or []))
-    grasps = None
-    if parallel_grasps is not None:
-        grasps = [ParallelGrasp.from_document(document) for document in _json_list(parallel_grasps)]
+    options = ObjectOptions(density=density, mass=mass, friction=friction, fairing=fairing)
+    known = {} if options.friction is None else {"friction": options.friction}
+    settings = PlannerSettings.from_document(known | named_values(setting or []))
     planned_hand = load_hand(hand)
-    checked, _ = load_mesh(mesh, unit)
+    shape, _ = load_object(file, unit, viewpoint)
     with _progress() as report:
         report("preparing the object", 0.0)
-        model = prepare_object(checked, mesh.stem)
+        model = prepare(shape, file.stem, options)
+        imported = None
+        if parallel_grasps is not None:
+            imported = import_parallel_grasps(parallel_grasps, model, grasp_format)
         result = plan_grasps(
-            model, planned_hand, grasps, starts=starts, seed=seed, top_k=top_k, settings=settings, progress=report
+            model,
+            planned_hand,
+            None if imported is None else imported.grasps,
+            source=source,
+            starts=starts,
+            seed=seed,
+            top_k=top_k,
+            settings=settings,
+            progress=report,
         )
+        if verified:
+            report("convex pieces", 0.0)
+            pieces = decompose(model.mesh)
+            report("verifying", 0.0)
+            result = prove(
+                result,
+                pieces,
+                verified=verified,
+                protocol=protocol,
+                friction=settings.friction,
+                threads=2,
+                initial=initial,
+            )
         document = result.to_document()
         if picture is not None:
             report("drawing", 0.0)
@@ -83,9 +137,35 @@ def plan(
         typer.echo(json.dumps(document, indent=2))
     elif json_file is not None:
         json_file.write_text(json.dumps(document, indent=2) + "\n")
-    Console(stderr=to_stdout).print(_table(document))
+    console = Console(stderr=to_stdout)
+    if imported is not None:
+        console.print(imported.message, highlight=False)
+    console.print(_table(document))
     if not result.feasible:
         raise typer.Exit(1)
+
+
+@app.command()
+def export(
+    result: Annotated[Path, typer.Argument(help="Result document, as `plan --json` writes it.", exists=True)],
+    output: Annotated[Path, typer.Option("--output", "-o", help="File to write.", dir_okay=False)],
+    export_format: Annotated[
+        str,
+        typer.Option(
+            "--format",
+            help="isaac_grasp, moveit, moveit_yaml, dexgraspbench, multi_gripper_grasp or dexgraspnet.",
+        ),
+    ],
+    rank: Annotated[int | None, typer.Option(help="Only the grasp of this rank; else all feasible ones.")] = None,
+) -> None:
+    """Write the feasible grasps of a result in the format of another tool."""
+    from fingersplit.exchange import export as export_grasps
+
+    try:
+        document = json.loads(result.read_bytes())
+    except (json.JSONDecodeError, UnicodeDecodeError) as error:
+        raise ExchangeError(f"{result} is not JSON: {error}.") from error
+    output.write_bytes(export_grasps(document, export_format, rank=rank))
 
 
 @app.command()
@@ -107,6 +187,9 @@ def warm() -> None:
     for name in available_hands():
         with Console(stderr=True).status(f"compiling the kernels for {name} (about a minute with an empty cache)"):
             compile_kernels(load_hand(name))
+
+
+app.command("verify")(verify_stored)
 
 
 def main() -> None:
@@ -149,7 +232,7 @@ def _draw(result: Any, picture: Path) -> None:
 def _table(document: dict[str, Any]) -> Table:
     table = Table(
         title=f"{document['object']['name']}, {document['hand']}",
-        caption=document["summary"]["message"],
+        caption=_caption(document["summary"]),
         box=box.SIMPLE_HEAD,
         collapse_padding=True,
         pad_edge=False,
@@ -170,24 +253,6 @@ def _table(document: dict[str, Any]) -> Table:
     return table
 
 
-def _named_values(pairs: list[str]) -> dict[str, Any]:
-    values = {}
-    for pair in pairs:
-        name, separator, text = pair.partition("=")
-        try:
-            values[name] = json.loads(text)
-        except json.JSONDecodeError:
-            separator = ""
-        if not separator:
-            raise SettingsError(f"Setting {pair!r} is not NAME=VALUE with a number, true or false.")
-    return values
-
-
-def _json_list(path: Path) -> list[dict[str, Any]]:
-    try:
-        documents = json.loads(path.read_text())
-    except (json.JSONDecodeError, UnicodeDecodeError) as error:
-        raise ParallelGraspError(f"{path} is not JSON: {error}.") from error
-    if not isinstance(documents, list) or not all(isinstance(document, dict) for document in documents):
-        raise ParallelGraspError(f"{path} must hold a list of parallel grasps.")
-    return documents
+def _caption(summary: dict[str, Any]) -> str:
+    proof = summary["verification"]
+    return summary["message"] if proof is None else f"{summary['message']} {proof['message']}"

@@ -2,11 +2,23 @@
 
 from collections.abc import Iterable
 
-__all__ = ["FingersplitError", "MeshError", "ParallelGraspError", "SettingsError", "UnknownHandError"]
+__all__ = [
+    "CacheError",
+    "ExchangeError",
+    "FingersplitError",
+    "MeshError",
+    "ParallelGraspError",
+    "SettingsError",
+    "UnknownHandError",
+]
 
 
 class FingersplitError(Exception):
     """Root of every error raised on purpose; its text says what is wrong and what would be right."""
+
+
+class CacheError(FingersplitError):
+    """A cache folder, a limit, a key or an array that cannot be used."""
 
 
 class MeshError(FingersplitError):
@@ -43,3 +55,7 @@ class ParallelGraspError(FingersplitError):
 
 class SettingsError(FingersplitError):
     """An unknown planner setting, or a value outside its range."""
+
+
+class ExchangeError(FingersplitError):
+    """A file or document of another tool's format that does not say what the format promises."""

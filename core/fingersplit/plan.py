@@ -15,8 +15,9 @@ from fingersplit.quality.assessment import Metrics
 from fingersplit.quality.holding import Holding
 from fingersplit.splitting.run import Run
 from fingersplit.splitting.surroundings import Surroundings
+from fingersplit.verification.report import Verification
 
-__all__ = ["Plan", "PlannedGrasp"]
+__all__ = ["Plan", "PlannedGrasp", "Proof"]
 
 _TIMED_STAGES = (
     "cpo_tangent_search",
@@ -40,6 +41,8 @@ class PlannedGrasp:
         holding: How it holds the object, with the forces that do.
         surroundings: Pre-grasp, approach and squeeze.
         reason: Why it stands at this rank, in a sentence.
+        verification: What its simulation showed, None when it was not verified.
+        initial_verification: The same for the grasp it began as.
     """
 
     rank: int
@@ -48,6 +51,8 @@ class PlannedGrasp:
     holding: Holding
     surroundings: Surroundings
     reason: str
+    verification: Verification | None = None
+    initial_verification: Verification | None = None
 
     def to_document(self, hand: Hand) -> dict[str, Any]:
         """This grasp as it stands in a result document."""
@@ -68,8 +73,9 @@ class PlannedGrasp:
                 "parallel_grasp": run.parallel_grasp.to_document(),
                 **run.initial.to_document(hand),
                 "quality": float(run.first.quality),
+                "verification": _report(self.initial_verification),
             },
-            "verification": None,
+            "verification": _report(self.verification),
         }
 
     def _surroundings_document(self, hand: Hand) -> dict[str, Any]:
@@ -81,6 +87,46 @@ class PlannedGrasp:
                 "joints": hand.named(around.pregrasp_joints),
             }
         return {"pregrasp": pregrasp, "squeeze_joints": hand.named(around.squeeze_joints)}
+
+
+def _report(verification: Verification | None) -> dict[str, Any] | None:
+    return None if verification is None else verification.to_document()
+
+
+@dataclass(frozen=True)
+class Proof:
+    """How the verification of ranked grasps went.
+
+    Attributes:
+        protocol: Name of the preset.
+        controller: Name of the controller.
+        wanted: How many grasps were to hold.
+        tried: How many were verified, from rank 1 on.
+        held: How many of these held.
+        out_of_time: Whether the deadline ended it.
+        seconds: Time that it took [s].
+    """
+
+    protocol: str
+    controller: str
+    wanted: int
+    tried: int
+    held: int
+    out_of_time: bool
+    seconds: float
+
+    def to_document(self) -> dict[str, Any]:
+        """The same as plain JSON data, with a sentence on the outcome."""
+        end = " Time ran out." if self.out_of_time else ""
+        return {
+            "protocol": self.protocol,
+            "controller": self.controller,
+            "wanted": self.wanted,
+            "tried": self.tried,
+            "held": self.held,
+            "message": f"{self.held} of {self.tried} tried grasps held {self.protocol}; {self.wanted} wanted.{end}",
+            "time_ms": 1e3 * self.seconds,
+        }
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,6 +142,7 @@ class Plan:
         grasps: The best of them, best first.
         message: One sentence on how it went.
         seconds: Time by stage [s]: parallel grasps, mapping, splitting, ranking.
+        proof: How the verification of the grasps went, None when it was not asked for.
     """
 
     hand: Hand
@@ -106,6 +153,7 @@ class Plan:
     grasps: tuple[PlannedGrasp, ...]
     message: str
     seconds: dict[str, float]
+    proof: Proof | None = None
 
     @property
     def feasible(self) -> int:
@@ -144,6 +192,7 @@ class Plan:
                 "feasible": self.feasible,
                 "terminations": {end.label: ends[end] for end in sorted(ends)},
                 "message": self.message,
+                "verification": None if self.proof is None else self.proof.to_document(),
             },
             "timings_ms": {**timings, "total": sum(timings.values())},
             "grasps": [grasp.to_document(self.hand) for grasp in self.grasps],

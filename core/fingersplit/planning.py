@@ -9,17 +9,14 @@ from fingersplit.errors import ParallelGraspError, SettingsError
 from fingersplit.hands.hand import Hand
 from fingersplit.objects.model import ObjectModel
 from fingersplit.objects.surface import closest
-from fingersplit.parallel_grasps.antipodal import sample_antipodal
 from fingersplit.parallel_grasps.parallel_grasp import ParallelGrasp
+from fingersplit.parallel_grasps.sources import find_parallel_grasps
 from fingersplit.plan import Plan
 from fingersplit.ranking import describe_outcome, rank_runs
 from fingersplit.splitting.settings import PlannerSettings
 from fingersplit.splitting.starts import build_problem, choose_starts, split_starts
 
 __all__ = ["plan"]
-
-APPROACHES = 8
-"""Approach directions about the jaw axis that are tried for every antipodal pair."""
 
 FARTHEST_CONTACT = 5e-3
 """Most that a given contact may lie off the surface [m]."""
@@ -32,6 +29,7 @@ def plan(
     hand: Hand,
     parallel_grasps: Sequence[ParallelGrasp] | None = None,
     *,
+    source: str = "antipodal",
     starts: int = 64,
     seed: int = 0,
     top_k: int = 10,
@@ -45,7 +43,8 @@ def plan(
         model: The object, from ``prepare_object``.
         hand: The hand, from ``load_hand``.
         parallel_grasps: Two-contact grasps to start from, each taken with both finger assignments; None to have
-            antipodal ones found.
+            some found.
+        source: Where they are found: ``antipodal``, ``surface_fitting`` or ``both``.
         starts: Most runs of the finger splitting.
         seed: Seed of every random choice.
         top_k: Most grasps to return.
@@ -58,7 +57,7 @@ def plan(
         feasible, the best infeasible ones with what they violate, and a message that says why.
 
     Raises:
-        SettingsError: ``starts``, ``top_k`` or ``threads`` below 1, or a negative seed.
+        SettingsError: ``starts``, ``top_k`` or ``threads`` below 1, a negative seed, or an unknown source.
         ParallelGraspError: A given contact lies off the surface.
     """
     _check(starts=starts, top_k=top_k, threads=threads, seed=seed)
@@ -69,12 +68,12 @@ def plan(
 
     report("parallel_grasps", 0.0)
     if parallel_grasps is None:
-        parallel_grasps = sample_antipodal(
+        parallel_grasps = find_parallel_grasps(
             model,
-            max(1, starts // 2),
+            starts,
+            source=source,
             friction=settings.friction,
             opening=hand.gripper.opening,
-            approaches=APPROACHES,
             rng=np.random.default_rng(seed),
         )
     else:

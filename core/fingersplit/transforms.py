@@ -8,7 +8,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
-__all__ = ["pose_matrix", "rotation_from_wxyz", "rotation_to_axis", "transform_points", "wxyz_from_rotation"]
+__all__ = [
+    "euler_xyz_from_rotation",
+    "pose_matrix",
+    "rotation_from_wxyz",
+    "rotation_to_axis",
+    "transform_points",
+    "wxyz_from_rotation",
+]
 
 
 def wxyz_from_rotation(rotation: ArrayLike) -> NDArray[np.float64]:
@@ -20,6 +27,11 @@ def wxyz_from_rotation(rotation: ArrayLike) -> NDArray[np.float64]:
 def rotation_from_wxyz(wxyz: ArrayLike) -> NDArray[np.float64]:
     """Rotation matrix (3, 3) of a quaternion (4,), which need not be of unit length."""
     return np.asarray(Rotation.from_quat(np.asarray(wxyz), scalar_first=True).as_matrix())
+
+
+def euler_xyz_from_rotation(rotation: ArrayLike) -> NDArray[np.float64]:
+    """Angles (3,) [rad] of turns about the fixed x, then y, then z axis that make up a rotation matrix (3, 3)."""
+    return np.asarray(Rotation.from_matrix(np.asarray(rotation)).as_euler("xyz"))
 
 
 def rotation_to_axis(axis: ArrayLike) -> NDArray[np.float64]:

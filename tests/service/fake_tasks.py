@@ -108,6 +108,8 @@ def result_document(object_id: str, object_name: str, asked: dict[str, Any]) -> 
             "center_of_mass": [0.0, 0.0, 0.0],
             "samples": 30000,
             "sample_spacing": 0.001,
+            "inertia": [[1e-4, 0.0, 0.0], [0.0, 1e-4, 0.0], [0.0, 0.0, 1e-4]],
+            "seen": 1.0,
         },
         "seed": asked["seed"],
         "starts": asked["starts"],

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from fingersplit.compilation import kernel
 
-__all__ = ["PointGrid", "build_grid", "cell_range", "nearest", "smooth_directions", "thin_evenly"]
+__all__ = ["PointGrid", "build_grid", "cell_range", "nearest", "neighbour_lists", "smooth_directions", "thin_evenly"]
 
 
 class PointGrid(NamedTuple):
@@ -195,3 +195,28 @@ def smooth_directions(grid, directions, radius, least_cosine):
         length = np.sqrt(sx * sx + sy * sy + sz * sz)
         smooth[i, 0], smooth[i, 1], smooth[i, 2] = sx / length, sy / length, sz / length
     return smooth
+
+
+@kernel
+def neighbour_lists(grid, radius):
+    """Neighbours of every point within ``radius`` <= the cell size [m].
+
+    Returns:
+        First entry of each point's list, one more than there are points, and the lists, one after the other, int32.
+    """
+    n = len(grid.points)
+    starts, found = np.zeros(n + 1, np.int32), np.empty(16 * n, np.int32)
+    filled = 0
+    for i in range(n):
+        xs, ys, zs = _neighbour_cells(grid, i)
+        for x in range(xs[0], xs[1]):
+            for y in range(ys[0], ys[1]):
+                row = (x * grid.shape[1] + y) * grid.shape[2]
+                for j in range(grid.starts[row + zs[0]], grid.starts[row + zs[1]]):
+                    if j != i and _squared_distance(grid.points, j, grid.points[i]) <= radius * radius:
+                        if filled == found.size:
+                            found = np.concatenate((found, np.empty_like(found)))
+                        found[filled] = j
+                        filled += 1
+        starts[i + 1] = filled
+    return starts, found[:filled]

@@ -3,11 +3,13 @@
 import hashlib
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import trimesh
 from numpy.typing import NDArray
+
+from fingersplit.objects.moments import surface_moments
 
 __all__ = ["Mesh"]
 
@@ -43,10 +45,10 @@ class Mesh:
         """Edge lengths of the axis-aligned bounding box, (3,) [m]."""
         return np.asarray(self.bounds[1] - self.bounds[0])
 
-    @cached_property
+    @property
     def area(self) -> float:
         """Surface area [m^2]."""
-        return float(self.trimesh.area)
+        return self._moments.area
 
     @cached_property
     def watertight(self) -> bool:
@@ -58,26 +60,35 @@ class Mesh:
         back = np.sort(end * len(self.vertices) + start, axis=None)
         return bool((there == back).all() and (np.diff(there) > 0).all())
 
-    @cached_property
+    @property
     def volume(self) -> float:
         """Enclosed volume [m^3]; of the convex hull where holes leave the surface open."""
-        if not self.watertight:
-            return float(self.trimesh.convex_hull.volume)
-        # From tetrahedra; trimesh integrates the inertia along with it and takes five times as long.
-        return float(np.linalg.det(self._corners_from_middle).sum() / 6)
-
-    @cached_property
-    def center_of_mass(self) -> NDArray[np.float64]:
-        """Centre of the enclosed volume at even density, (3,) [m]; of the hull where the surface is open."""
-        if not self.watertight:
-            return np.asarray(self.trimesh.convex_hull.center_mass, dtype=np.float64)
-        corners = self._corners_from_middle
-        weights = np.linalg.det(corners)  # a tetrahedron's centre is the mean of its corners, the middle being one
-        return np.asarray(self.bounds.mean(axis=0) + weights @ corners.sum(axis=1) / (4 * weights.sum()))
+        return self._solid.volume
 
     @property
-    def _corners_from_middle(self) -> NDArray[np.float64]:
-        return np.asarray((self.vertices - self.bounds.mean(axis=0))[self.faces])  # (n_faces, 3 corners, 3)
+    def center_of_mass(self) -> NDArray[np.float64]:
+        """Centre of the enclosed volume at even density, (3,) [m]; of the hull where the surface is open."""
+        return self._solid.center
+
+    @property
+    def second_moment(self) -> NDArray[np.float64]:
+        """Mean of x x^T over that volume, x measured from its centre, (3, 3) [m^2]."""
+        return self._solid.second_moment
+
+    @cached_property
+    def _moments(self) -> "_Moments":
+        origin = self.bounds.mean(axis=0)  # in the middle, for the sake of rounding
+        area, volume, first, second = surface_moments(self.vertices, self.faces, tuple(origin.tolist()))
+        with np.errstate(divide="ignore", invalid="ignore"):  # a flat surface has no centre
+            offset = first / volume
+            return _Moments(area, volume, origin + offset, second / volume - np.outer(offset, offset))
+
+    @cached_property
+    def _solid(self) -> "_Moments":
+        if self.watertight:
+            return self._moments
+        hull = self.trimesh.convex_hull
+        return Mesh(hull.vertices, hull.faces)._moments
 
     @cached_property
     def content_hash(self) -> str:
@@ -89,7 +100,16 @@ class Mesh:
         return digest.hexdigest()[:32]
 
 
+class _Moments(NamedTuple):
+    area: float
+    volume: float
+    center: NDArray[np.float64]
+    second_moment: NDArray[np.float64]
+
+
 def _read_only(array: NDArray[Any], dtype: type[np.generic]) -> NDArray[Any]:
+    if array.dtype == dtype and array.flags.c_contiguous and not array.flags.writeable:
+        return array  # such as one that is mapped from a file
     copy = np.array(array, dtype=dtype, order="C")
     copy.setflags(write=False)
     return copy

@@ -8,15 +8,15 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-import trimesh
 from numpy.typing import NDArray
 
 from fingersplit.compilation import kernel
 from fingersplit.objects.grid import PointGrid, build_grid, cell_range, nearest, smooth_directions, thin_evenly
 from fingersplit.objects.mesh import Mesh
+from fingersplit.objects.scatter import scatter
 from fingersplit.vectors import add, cross, dot, get, norm, scale, subtract
 
-__all__ = ["Surface", "closest", "sample_surface", "touch"]
+__all__ = ["Surface", "closest", "distance_to_triangle", "sample_surface", "touch"]
 
 TARGET_SAMPLES = 30_000
 SMALLEST_SPACING = 0.4e-3
@@ -26,7 +26,8 @@ PACKING = 0.52
 """Samples that thinning leaves on an area of spacing^2, with ``CANDIDATES_PER_SAMPLE`` to choose from."""
 CANDIDATES_PER_SAMPLE = 6
 
-_SHARP_EDGE = math.radians(50.0)
+SHARP_EDGE = math.radians(50.0)
+"""[rad]; normals that differ by more belong to different sides of an edge and are not blended."""
 
 
 class Surface(NamedTuple):
@@ -48,16 +49,15 @@ class Surface(NamedTuple):
 def sample_surface(mesh: Mesh) -> Surface:
     """Cover a mesh evenly with about ``TARGET_SAMPLES`` samples; the same mesh always gives the same samples."""
     spacing = max(math.sqrt(PACKING * mesh.area / TARGET_SAMPLES), SMALLEST_SPACING)
-    candidates, faces = trimesh.sample.sample_surface(
-        mesh.trimesh, int(CANDIDATES_PER_SAMPLE * PACKING * mesh.area / spacing**2), seed=np.random.default_rng(0)
-    )
-    kept = thin_evenly(np.ascontiguousarray(candidates, dtype=np.float64), spacing)
+    count = int(CANDIDATES_PER_SAMPLE * PACKING * mesh.area / spacing**2)
+    candidates, faces = scatter(mesh, count, np.random.default_rng(0))
+    kept = thin_evenly(candidates, spacing)
     radius = 2.5 * spacing
-    grid, order = build_grid(np.ascontiguousarray(candidates[kept], dtype=np.float64), radius)
-    on_faces = faces[kept][order]
-    flat_normals = np.ascontiguousarray(mesh.trimesh.face_normals[on_faces], dtype=np.float64)
-    normals = smooth_directions(grid, flat_normals, radius, math.cos(_SHARP_EDGE))
-    triangles = mesh.vertices[mesh.faces[on_faces]]
+    grid, order = build_grid(candidates[kept], radius)
+    triangles = mesh.vertices[mesh.faces[faces[kept][order]]]
+    flat_normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    flat_normals /= np.linalg.norm(flat_normals, axis=1, keepdims=True)
+    normals = smooth_directions(grid, flat_normals, radius, math.cos(SHARP_EDGE))
     for array in (grid.points, grid.starts, normals, triangles):
         array.setflags(write=False)
     return Surface(grid, normals, triangles, spacing)
@@ -101,6 +101,12 @@ def touch(surface, query, hint):
                     if distance < best:
                         best, best_point = distance, point
     return best, best_point
+
+
+@kernel
+def distance_to_triangle(triangle, query):
+    """Distance [m] of a point from a triangle (3, 3) [m]."""
+    return norm(subtract(query, _closest_on_triangle(triangle, query)))
 
 
 @kernel

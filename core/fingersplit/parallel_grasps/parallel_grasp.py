@@ -8,7 +8,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from fingersplit.errors import ParallelGraspError
 
-__all__ = ["ParallelGrasp"]
+__all__ = ["ParallelGrasp", "check_parallel_grasps"]
+
+LEAST_JAW = 1e-6
+"""[m]; contacts nearer than this coincide."""
+LEAST_SINE = 0.05
+"""Least sine of the angle between the approach and the line between the contacts."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,21 +34,9 @@ class ParallelGrasp:
 
     def __post_init__(self) -> None:
         contacts, approach = _vectors("contacts", self.contacts, (2, 3)), _vectors("approach", self.approach, (3,))
-        jaw = contacts[0] - contacts[1]
-        if np.linalg.norm(jaw) < 1e-6:
-            raise ParallelGraspError("The two contacts of a parallel grasp coincide; give points on opposite sides.")
-        if np.linalg.norm(approach) < 1e-9:
-            raise ParallelGraspError("The approach of a parallel grasp has no length; give a direction of travel.")
-        approach = approach / np.linalg.norm(approach)
-        if np.linalg.norm(np.cross(jaw / np.linalg.norm(jaw), approach)) < 0.05:
-            raise ParallelGraspError(
-                "The approach of a parallel grasp runs along the line between its contacts; "
-                "give a direction across that line."
-            )
-        for array in (contacts, approach):
-            array.setflags(write=False)
-        object.__setattr__(self, "contacts", contacts)
-        object.__setattr__(self, "approach", approach)
+        checked_contacts, approaches = check_parallel_grasps(contacts[None], approach[None])
+        object.__setattr__(self, "contacts", checked_contacts[0])
+        object.__setattr__(self, "approach", approaches[0])
 
     @classmethod
     def from_document(cls, document: dict[str, Any]) -> Self:
@@ -60,6 +53,42 @@ class ParallelGrasp:
     def to_document(self) -> dict[str, Any]:
         """The same as plain JSON data."""
         return {"contacts": self.contacts.tolist(), "approach": self.approach.tolist()}
+
+
+def check_parallel_grasps(
+    contacts: NDArray[np.float64], approaches: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Contacts (n, 2, 3) [m] and approaches (n, 3) as read-only copies, the approaches of unit length.
+
+    Raises:
+        ParallelGraspError: A row describes no parallel grasp; of several rows the message names the first bad one.
+    """
+    contacts, approaches = np.array(contacts, dtype=np.float64), np.array(approaches, dtype=np.float64)
+    jaws = contacts[:, 0] - contacts[:, 1]  # (n, 3)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        widths = np.linalg.norm(jaws, axis=1)
+        lengths = np.linalg.norm(approaches, axis=1)
+        units = approaches / lengths[:, None]
+        sines = np.linalg.norm(np.cross(jaws, units), axis=1) / widths
+    finite = np.isfinite(contacts).all(axis=(1, 2)) & np.isfinite(approaches).all(axis=1)
+    _refuse(~finite, "The numbers of {} must be finite.")
+    _refuse(widths < LEAST_JAW, "The two contacts of {} coincide; give points on opposite sides.")
+    _refuse(lengths < 1e-9, "The approach of {} has no length; give a direction of travel.")
+    _refuse(
+        ~(sines >= LEAST_SINE),
+        "The approach of {} runs along the line between its contacts; give a direction across that line.",
+    )
+    for array in (contacts, units):
+        array.setflags(write=False)
+    return contacts, units
+
+
+def _refuse(flags: ArrayLike, sentence: str) -> None:
+    bad = np.asarray(flags)
+    if bad.any():
+        raise ParallelGraspError(
+            sentence.format("a parallel grasp" if len(bad) == 1 else f"parallel grasp {np.argmax(bad) + 1}")
+        )
 
 
 def _vectors(name: str, value: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.float64]:

@@ -108,4 +108,6 @@ def _inspect(problem, state, work):
         away = subtract(get(state.pads, finger), get(state.contacts, finger))
         outside = dot(away, get(state.normals, finger)) >= 0.0
         state.residuals[finger] = abs((norm(away) if outside else -norm(away)) - hand.pad_radii[finger])
-    state.penetration = refined_penetration(hand, state, surface, problem.distance, work.rotation)
+    measure_collision(problem, state, work, SETTLE)  # what a cloud's view did not see is in no sample of the surface
+    refined = refined_penetration(hand, state, surface, problem.distance, work.rotation)
+    state.penetration = max(refined, state.penetration)

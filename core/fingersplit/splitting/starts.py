@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from fingersplit.hands.hand import Hand
 from fingersplit.objects.model import ObjectModel
+from fingersplit.parallel_grasps.grasp_set import ParallelGrasps
 from fingersplit.parallel_grasps.parallel_grasp import ParallelGrasp
 from fingersplit.splitting.batch import OUTCOME, screen_grasps, split_grasps
 from fingersplit.splitting.jaw_table import jaw_table
@@ -22,8 +23,8 @@ from fingersplit.splitting.trace import new_trace
 
 __all__ = ["Start", "build_problem", "choose_starts", "split_starts"]
 
-CHUNK = 32
-"""Starts that a thread takes at a time."""
+SCREENED, SPLIT = 128, 16
+"""Parallel grasps that a thread screens, and starts that it splits, at a time."""
 
 Progress = Callable[[str, float], None]
 
@@ -59,17 +60,17 @@ def choose_starts(
     """
     if not grasps:
         return []
-    pairs = np.array([grasp.contacts for grasp in grasps])  # (n, 2, 3)
-    contacts = np.concatenate([pairs, pairs[:, ::-1]])
-    approaches = np.tile([grasp.approach for grasp in grasps], (2, 1))
+    given = grasps if isinstance(grasps, ParallelGrasps) else ParallelGrasps.from_grasps(grasps)
+    contacts = np.concatenate([given.contacts, given.contacts[:, ::-1]])
+    approaches = np.tile(given.approaches, (2, 1))
     costs, choices = np.empty((len(contacts), REFINED)), np.empty((len(contacts), REFINED, 2), np.int64)
 
     def screen(part: slice) -> None:
         arrays = contacts[part], approaches[part]
         screen_grasps(problem, jaw_table(hand), *arrays, new_states(1), new_work(), costs[part], choices[part])
 
-    _in_threads(screen, len(contacts), threads, "mapping", report)
-    best = _spread(costs[:, 0], pairs, count)
+    _in_threads(screen, len(contacts), SCREENED, threads, "mapping", report)
+    best = _spread(costs[:, 0], given.contacts, count)
     return [Start(grasps[i % len(grasps)], contacts[i], choices[i]) for i in best]
 
 
@@ -101,7 +102,7 @@ def split_starts(
         arrays = contacts[part], approaches[part], choices[part], initial[part], final[part], outcomes[part]
         split_grasps(problem, jaw_table(hand), *arrays, new_states(3), new_work(), new_trace(0))
 
-    _in_threads(split, count, threads, "splitting", report)
+    _in_threads(split, count, SPLIT, threads, "splitting", report)
     return tuple(
         Run(problem, hand, start.parallel_grasp, first, last, outcome)
         for start, first, last, outcome in zip(starts, initial, final, outcomes, strict=True)
@@ -109,12 +110,14 @@ def split_starts(
     )
 
 
-def _in_threads(task: Callable[[slice], Any], count: int, threads: int, stage: str, report: Progress) -> None:
-    """Run ``task`` on consecutive slices of ``count`` items, in threads if there are several."""
+def _in_threads(
+    task: Callable[[slice], Any], count: int, size: int, threads: int, stage: str, report: Progress
+) -> None:
+    """Run ``task`` on consecutive slices of ``count`` items, ``size`` in each, in threads if there are several."""
 
     def parts() -> Iterator[slice]:
-        for first in range(0, count, CHUNK):
-            yield slice(first, min(first + CHUNK, count))
+        for first in range(0, count, size):
+            yield slice(first, min(first + size, count))
 
     if threads == 1:
         for part in parts():

@@ -85,13 +85,51 @@ def test_each_part_is_turned_by_itself():
 
 
 @pytest.mark.parametrize("inside_out", [False, True])
-def test_wall_of_a_cavity_stays_wound_against_the_shell(inside_out):
-    inner, outer = ball(0.03), ball(0.05)
-    vertices = np.concatenate([outer.vertices, inner.vertices])
-    faces = np.concatenate([outer.faces, inner.faces[:, ::-1] + len(outer.vertices)])
-    _, report = read(vertices, faces[:, ::-1] if inside_out else faces)
-    assert report.flipped_faces == (len(faces) if inside_out else 0)
-    assert report.volume == pytest.approx(outer.volume - inner.volume)
+@pytest.mark.parametrize("wound_against", [False, True])
+def test_outer_shell_of_nested_parts_is_kept(inside_out, wound_against):
+    outer, inner, innermost = ball(0.05), ball(0.03), box()
+    innermost.apply_scale(0.3)
+    inner_faces = inner.faces[:, ::-1] if wound_against else inner.faces
+    vertices = np.concatenate([inner.vertices, outer.vertices, innermost.vertices])
+    faces = np.concatenate([inner_faces, outer.faces + len(inner.vertices)])
+    faces = np.concatenate([faces, innermost.faces + len(inner.vertices) + len(outer.vertices)])
+    mesh, report = read(vertices, faces[:, ::-1] if inside_out else faces)
+    assert (report.components, report.inner_parts, report.watertight) == (1, 2, True)
+    assert report.volume == pytest.approx(outer.volume)
+    assert (report.vertices, report.unused_vertices) == (len(outer.vertices), 0)
+    assert points_outwards(mesh)
+
+
+def test_parts_that_only_reach_into_others_are_kept():
+    stick = trimesh.creation.box((0.2, 0.01, 0.01))
+    vertices = np.concatenate([ball().vertices, stick.vertices])
+    _, report = read(vertices, np.concatenate([ball().faces, stick.faces + len(ball().vertices)]))
+    assert (report.components, report.inner_parts) == (2, 0)
+
+
+def test_parts_in_an_open_shell_are_kept():
+    lidless = np.concatenate([ball().faces[4:], ball(0.03).faces + len(ball().vertices)])
+    _, report = read(np.concatenate([ball().vertices, ball(0.03).vertices]), lidless)
+    assert (report.components, report.inner_parts) == (2, 0)
+
+
+def test_holes_are_listed_by_the_length_of_their_rims():
+    cube = trimesh.creation.box([0.1] * 3).subdivide().subdivide()
+    up = cube.face_normals @ [0, 0, 1]
+    middle = np.abs(cube.triangles_center[:, :2]).max(axis=1) < 0.025
+    _, report = read(cube.vertices, cube.faces[~((up > 0.9) & middle) & (up > -0.9)])
+    assert (report.holes, report.boundary_edges) == (2, 24)
+    assert report.hole_perimeters == pytest.approx((0.4, 0.2))
+
+
+def test_a_hundred_parts_are_kept_apart_from_what_is_inside_them():
+    places = np.stack(np.meshgrid(*[np.arange(5) * 0.12] * 2, np.arange(4) * 0.12, indexing="ij"), -1).reshape(-1, 3)
+    parts = [shape.vertices + place for place in places for shape in (ball(0.05), ball(0.02))]
+    faces = [ball().faces + number * len(ball().vertices) for number in range(len(parts))]
+    _, report = read(np.concatenate(parts), np.concatenate(faces))
+    assert report.inner_parts + report.components == 200
+    assert 64 <= report.inner_parts <= 100
+    assert report.watertight
 
 
 def test_part_in_the_bounding_box_but_outside_the_solid_is_no_cavity():

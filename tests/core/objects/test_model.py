@@ -23,10 +23,12 @@ def test_radius_is_the_farthest_corner():
 def test_collision_points_are_samples_and_cover_the_surface(prepared):
     model = prepared("mug")
     points, samples = model.collision.points, model.surface.grid.points
-    assert 1_000 < len(points) < 2_600
+    assert 1_500 < len(points) < 3_000
     assert cKDTree(samples).query(points)[0].max() == 0
-    apart = cKDTree(points).query(points, k=2)[0][:, 1].min()
-    assert cKDTree(points).query(samples)[0].max() <= apart
+    spacing = model.surface.spacing * np.sqrt(len(samples) / 2_000)
+    gaps, _ = cKDTree(points).query(samples)
+    assert np.percentile(gaps, 99) < spacing
+    assert gaps.max() < 2 * spacing
 
 
 def test_document_states_the_object(prepared):

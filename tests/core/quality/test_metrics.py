@@ -135,8 +135,9 @@ def test_ferrari_canny_is_the_weakest_direction(seed):
 
 def test_assessment_states_every_metric():
     space = random_space(np.random.default_rng(3))
-    document = assess(space, np.array([0.5, 0.7, -0.2, 0.0])).to_document()
+    document = assess(space, np.array([0.5, 0.7, -0.2, 0.0]), 1.5).to_document()
     assert document == {
+        "holding_margin": 1.5,
         "quality": 0.5,
         "object_quality": 0.7,
         "manipulability": -0.2,
@@ -144,3 +145,9 @@ def test_assessment_states_every_metric():
         "volume": volume(space),
         "ferrari_canny": ferrari_canny(space),
     }
+
+
+@pytest.mark.parametrize(("margin", "stated"), [(-0.25, -0.25), (-np.inf, None)])
+def test_no_margin_at_all_is_none_in_documents(margin, stated):
+    metrics = assess(random_space(np.random.default_rng(3)), np.array([0.5, 0.7, -0.2, 0.0]), margin)
+    assert metrics.to_document()["holding_margin"] == stated

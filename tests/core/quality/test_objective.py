@@ -27,35 +27,48 @@ def finite_differences(function, at: np.ndarray, step: float) -> np.ndarray:
 
 def test_object_quality_is_twice_the_area_of_the_triangle():
     triangle = np.array([[0, 0, 0], [0.03, 0, 0], [0, 0.04, 0.0]])
-    assert object_quality(triangle) == pytest.approx(0.03 * 0.04)
+    assert object_quality(triangle, 3) == pytest.approx(0.03 * 0.04)
 
 
 def test_object_quality_of_four_is_the_mean_over_triples():
     square = 0.05 * np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0.0]])
-    assert object_quality(square) == pytest.approx(0.05**2)
+    assert object_quality(square, 4) == pytest.approx(0.05**2)
 
 
 @given(seeds, counts)
 def test_gradient_of_object_quality_agrees_with_finite_differences(seed, count):
     contacts = np.random.default_rng(seed).uniform(-0.05, 0.05, (count, 3))
     gradient = np.full((count, 3), np.nan)
-    object_quality_gradient(contacts, gradient)
-    np.testing.assert_allclose(gradient, finite_differences(object_quality, contacts, 1e-7), atol=1e-7)
+    object_quality_gradient(contacts, count, gradient)
+    slopes = finite_differences(lambda c: object_quality(c, count), contacts, 1e-7)
+    np.testing.assert_allclose(gradient, slopes, atol=1e-7)
+
+
+@given(seeds)
+def test_contacts_beyond_the_count_play_no_part(seed):
+    contacts = np.random.default_rng(seed).uniform(-0.05, 0.05, (5, 3))
+    padded, exact = np.full((5, 3), np.nan), np.full((3, 3), np.nan)
+    object_quality_gradient(contacts, 3, padded)
+    object_quality_gradient(contacts[:3].copy(), 3, exact)
+    assert object_quality(contacts, 3) == object_quality(contacts[:3].copy(), 3)
+    np.testing.assert_array_equal(padded[:3], exact)
+    np.testing.assert_array_equal(padded[3:], 0)
 
 
 @given(seeds, counts)
 def test_object_quality_depends_on_shape_alone(seed, count):
     rng = np.random.default_rng(seed)
     contacts = rng.uniform(-0.05, 0.05, (count, 3))
+    quality = object_quality(contacts, count)
     moved = contacts @ Rotation.random(rng=rng).as_matrix().T + rng.normal(size=3)
-    assert object_quality(moved) == pytest.approx(object_quality(contacts), rel=1e-9)
-    assert object_quality(rng.permutation(contacts)) == pytest.approx(object_quality(contacts), rel=1e-12)
-    assert object_quality(2 * contacts) == pytest.approx(4 * object_quality(contacts), rel=1e-12)
+    assert object_quality(moved, count) == pytest.approx(quality, rel=1e-9)
+    assert object_quality(rng.permutation(contacts), count) == pytest.approx(quality, rel=1e-12)
+    assert object_quality(2 * contacts, count) == pytest.approx(4 * quality, rel=1e-12)
 
 
 def test_gradient_without_area_is_zero():
     gradient = np.full((3, 3), np.nan)
-    object_quality_gradient(np.array([[0, 0, 0], [0.01, 0, 0], [0.02, 0, 0.0]]), gradient)
+    object_quality_gradient(np.array([[0, 0, 0], [0.01, 0, 0], [0.02, 0, 0.0]]), 3, gradient)
     np.testing.assert_array_equal(gradient, 0)
 
 

@@ -14,7 +14,7 @@ seeds = st.integers(0, 2**32 - 1)
 
 def tracked(hand: Hand, joints: np.ndarray, finger: int, displacement: np.ndarray) -> np.ndarray:
     after = joints.copy()
-    track(hand.arrays, hand.pose(joints), finger, tuple(displacement.tolist()), new_work(hand.arrays), after)
+    track(hand.arrays, hand.pose(joints), finger, tuple(displacement.tolist()), new_work(), after)
     return after
 
 

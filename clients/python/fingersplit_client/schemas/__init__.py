@@ -31,6 +31,14 @@ from fingersplit_client.schemas.resources import (
     ObjectInfo,
     Readiness,
 )
+from fingersplit_client.schemas.verification import (
+    Proof,
+    Verification,
+    VerificationBranch,
+    VerificationGrip,
+    VerificationPhase,
+    VerificationReason,
+)
 
 __all__ = [
     "Contact",
@@ -59,9 +67,15 @@ __all__ = [
     "PlanTimings",
     "PlannedObject",
     "Problem",
+    "Proof",
     "Quaternion",
     "Readiness",
     "Termination",
     "Unit",
     "Vector3",
+    "Verification",
+    "VerificationBranch",
+    "VerificationGrip",
+    "VerificationPhase",
+    "VerificationReason",
 ]

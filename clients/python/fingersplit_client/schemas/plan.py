@@ -2,9 +2,10 @@
 
 from typing import Literal
 
-from pydantic import Field, JsonValue
+from pydantic import Field
 
 from fingersplit_client.schemas.base import Document, Quaternion, Vector3
+from fingersplit_client.schemas.verification import Proof, Verification
 
 __all__ = [
     "Contact",
@@ -73,8 +74,8 @@ class Metrics(Document):
     """How good a grasp is; for every number more is better."""
 
     holding_margin: float | None = Field(
-        description="Friction force that every contact has to spare while the fingers carry the object's weight, whichever "
-        "way is down [N]; negative when they cannot, null when no forces balance it."
+        description="Friction force that every contact has to spare while the fingers carry the object's weight, "
+        "whichever way is down [N]; negative when they cannot, null when no forces balance it."
     )
     quality: float = Field(description="What finger splitting climbs: Q = w1 Q_o + w2 Q_h, no unit.")
     object_quality: float = Field(description="w1 Q_o: weight times twice the area of the contact triangle [m^2].")
@@ -126,6 +127,9 @@ class InitialState(Document):
     joints: dict[str, float] = Field(description="Joint angles by name after mapping [rad].")
     contacts: list[Contact] = Field(description="Contacts after mapping, one a finger.")
     quality: float = Field(description="The planner's objective Q after mapping, no unit.")
+    verification: Verification | None = Field(
+        default=None, description="Report of this grasp's verification in simulation; null when it was not verified."
+    )
 
 
 class Grasp(Document):
@@ -148,7 +152,7 @@ class Grasp(Document):
     iterations: Iterations = Field(description="How many iterations the run took.")
     timings_ms: GraspTimings = Field(description="Where the time of the run went [ms].")
     initial: InitialState = Field(description="What the run started from.")
-    verification: dict[str, JsonValue] | None = Field(
+    verification: Verification | None = Field(
         description="Report of the grasp's verification in simulation; null when it was not verified."
     )
 
@@ -160,10 +164,14 @@ class PlannedObject(Document):
     name: str = Field(description="Name given by whoever uploaded it.")
     extents: Vector3 = Field(description="Edge lengths of the axis-aligned bounding box, object frame [m].")
     volume: float = Field(description="Enclosed volume [m^3].")
-    mass: float = Field(description="Mass at the density that the planner assumes [kg].")
+    mass: float = Field(description="Mass, given or at the density that the planner assumes [kg].")
     center_of_mass: Vector3 = Field(description="Centre of mass, object frame [m].")
+    inertia: tuple[Vector3, Vector3, Vector3] = Field(
+        description="Inertia about the centre of mass, along the axes of the object frame [kg m^2]."
+    )
     samples: int = Field(description="Number of surface samples.")
     sample_spacing: float = Field(description="Least distance between two samples [m].")
+    seen: float = Field(description="Share of the closed surface that is known: 1 for a mesh, less for a point cloud.")
 
 
 class PlanSummary(Document):
@@ -173,6 +181,9 @@ class PlanSummary(Document):
     feasible: int = Field(description="Starts that ended in a feasible grasp.")
     terminations: dict[str, int] = Field(description="How often each termination occurred.")
     message: str = Field(description="The outcome in a sentence.")
+    verification: Proof | None = Field(
+        default=None, description="How the verification of the grasps went; null when it was not asked for."
+    )
 
 
 class PlanTimings(Document):

@@ -9,11 +9,12 @@ from trimesh.ray.ray_util import contains_points
 
 from fingersplit.objects.mesh import Mesh
 
-__all__ = ["drop_needless_faces", "faces_at_edges", "merge_vertices", "turn_outwards"]
+__all__ = ["VIEW", "drop_needless_faces", "faces_at_edges", "merge_vertices", "signed_volumes", "turn_outwards"]
 
 _CELLS = 2**21 - 8  # along the largest extent: about what float32 resolves, and what trimesh packs into one integer
 _NO_AREA = 1e-14  # of the squared extent
-_VIEW = (0.43, 0.62, 0.65)  # fixed, since trimesh draws a direction at random where its own leaves doubt
+VIEW = np.array([0.43, 0.62, 0.65])
+"""Direction of rays that tell inside from outside; trimesh draws one at random where its own leaves doubt."""
 
 
 def merge_vertices(surface: trimesh.Trimesh, extent: float) -> int:
@@ -112,19 +113,19 @@ def _inward(vertices: NDArray[np.float64], faces: NDArray[np.integer], part: NDA
 
     A part inside the largest one and wound against it is the wall of a cavity: it goes with the largest part.
     """
-    volumes = _signed_volumes(vertices, faces, part)
+    volumes = signed_volumes(vertices, faces, part)
     inward = volumes < 0
     largest = int(np.argmax(np.abs(volumes)))
     against = np.flatnonzero(inward != inward[largest])
     if len(against):
         shell = trimesh.Trimesh(vertices, faces[part == largest], process=False)
         first_faces = np.unique(part, return_index=True)[1][against]
-        cavities = contains_points(shell.ray, vertices[faces[first_faces, 0]], check_direction=_VIEW)
+        cavities = contains_points(shell.ray, vertices[faces[first_faces, 0]], check_direction=VIEW)
         inward[against[cavities]] = inward[largest]
     return np.asarray(inward[part])
 
 
-def _signed_volumes(
+def signed_volumes(
     vertices: NDArray[np.float64], faces: NDArray[np.integer], part: NDArray[np.integer]
 ) -> NDArray[np.float64]:
     """Volume of each part [m^3], negative if inside out; of the cone from its rim to its middle if open."""

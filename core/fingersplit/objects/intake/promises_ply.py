@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fingersplit.errors import MeshError
 from fingersplit.objects.intake.promises import (
@@ -17,7 +18,7 @@ from fingersplit.objects.intake.promises import (
     truncated,
 )
 
-__all__ = ["check_ply"]
+__all__ = ["check_ply", "vertex_table"]
 
 _HEADER = re.compile(rb"ply[ \t]*\r?\n(.*?)\bend_header[ \t]*\r?\n", re.DOTALL)
 _LONGEST_HEADER = 65_536  # bytes
@@ -67,6 +68,24 @@ def check_ply(data: bytes) -> bytes:
         check_count(n_rows, MOST_FACES_AS_TEXT, "rows")
         body = _check_text(elements, body)
     return "\n".join([*kept, "end_header\n"]).encode() + body
+
+
+def vertex_table(data: bytes) -> NDArray[Any]:
+    """The vertices of a PLY file that `check_ply` let through, as records with all of their properties."""
+    header = _HEADER.match(data[:_LONGEST_HEADER])
+    assert header is not None
+    text = header[1].decode("latin1")
+    kept, elements = _read_header(text)
+    if elements[0].name != "vertex" or any(item.length_type for item in elements[0].properties):
+        raise malformed("The PLY file has something else before its vertices, or lists among them.")
+    lines = (line.split() for line in text.splitlines())
+    names = [words[-1] for words in lines if words[:1] == ["property"]][: len(elements[0].properties)]
+    columns = np.dtype([(name, item.type) for name, item in zip(names, elements[0].properties, strict=True)])
+    body, count = data[header.end() :], elements[0].count
+    if "ascii" not in kept[1]:
+        return np.frombuffer(body, columns, count)
+    rows = [line for line in body.splitlines() if line.strip()][:count]
+    return np.loadtxt(rows, [(name, np.float64) for name in names], ndmin=1, comments=None)
 
 
 def _read_header(header: str) -> tuple[list[str], list[_Element]]:

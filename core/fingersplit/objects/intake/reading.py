@@ -9,17 +9,13 @@ from numpy.typing import NDArray
 from fingersplit.errors import MeshError
 from fingersplit.objects.intake.cleaning import drop_needless_faces, faces_at_edges, merge_vertices, turn_outwards
 from fingersplit.objects.intake.parsing import CHECKS, parse
-from fingersplit.objects.intake.report import IntakeReport
+from fingersplit.objects.intake.report import LISTED_HOLES, IntakeReport
+from fingersplit.objects.intake.shells import drop_inner_parts, find_holes
+from fingersplit.objects.intake.units import check_extent, meters_per
 from fingersplit.objects.mesh import Mesh
 
-__all__ = ["LARGEST_EXTENT", "SMALLEST_EXTENT", "UNITS", "load_mesh", "read_mesh"]
+__all__ = ["check_finite", "load_mesh", "read_file", "read_mesh"]
 
-UNITS: dict[str, float] = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "in": 0.0254}
-"""Length units that a file may be in [m]."""
-LARGEST_EXTENT = 2.0
-"""Most that the longest edge of an object's bounding box may be [m]."""
-SMALLEST_EXTENT = 0.002
-"""Least that it may be [m]."""
 LEAST_PAIRED_SIDES = 0.5
 """Least share of triangle sides that meet exactly one other triangle.
 
@@ -39,18 +35,27 @@ def load_mesh(path: Path, unit: str = "m") -> tuple[Mesh, IntakeReport]:
         MeshError: As `read_mesh`, and ``unreadable`` where the file cannot be opened.
     """
     file_type = _known_format(path.suffix)
+    return read_mesh(read_file(path), file_type, unit)
+
+
+def read_file(path: Path) -> bytes:
+    """The bytes of a file.
+
+    Raises:
+        MeshError: It cannot be opened or read.
+    """
     try:
-        data = path.read_bytes()
+        return path.read_bytes()
     except OSError as error:
         raise MeshError("unreadable", f"Cannot read {str(path)!r}: {error.strerror}.") from error
-    return read_mesh(data, file_type, unit)
 
 
 def read_mesh(data: bytes, file_type: str, unit: str = "m") -> tuple[Mesh, IntakeReport]:
     """Turn a mesh file into a clean surface: repair what has one right answer, refuse the rest.
 
-    Coincident vertices are merged, degenerate and duplicate faces and unused vertices dropped, and faces
-    turned so that they run counter-clockwise seen from outside. The frame stays the file's.
+    Coincident vertices are merged, degenerate and duplicate faces and unused vertices dropped, faces turned so that
+    they run counter-clockwise seen from outside, and parts inside others dropped. Holes are found and left open. The
+    frame stays the file's.
 
     Args:
         data: The file's bytes.
@@ -63,19 +68,22 @@ def read_mesh(data: bytes, file_type: str, unit: str = "m") -> tuple[Mesh, Intak
     Raises:
         MeshError: The file, or what it holds, is no graspable object; ``code`` names the fault.
     """
-    if unit not in UNITS:
-        raise MeshError("unknown_unit", f"Unknown length unit {unit!r}; known units: {', '.join(UNITS)}.")
+    scale = meters_per(unit)
     file_type = _known_format(file_type)
     vertices, faces = parse(data, file_type)
-    _check_finite(vertices)
+    check_finite(vertices)
     with np.errstate(over="ignore"):  # too large is refused next
-        surface = trimesh.Trimesh(vertices * UNITS[unit], faces, process=False)
+        surface = trimesh.Trimesh(vertices * scale, faces, process=False)
         surface.remove_unreferenced_vertices()
-        extent = _checked_extent(float(np.ptp(surface.vertices, axis=0).max()), unit)
+        extent = float(np.ptp(surface.vertices, axis=0).max())
+    check_extent(extent, unit)
     merged = merge_vertices(surface, extent)
     degenerate, duplicate = drop_needless_faces(surface, extent)
     _check_area(surface.area, extent)
     mesh, flipped, n_parts = turn_outwards(Mesh(surface.vertices, surface.faces))
+    n_cleaned = len(mesh.vertices)
+    mesh, n_inner = drop_inner_parts(mesh)
+    holes = find_holes(mesh)
     n_faces_at_edges = faces_at_edges(mesh)
     _check_solid(n_faces_at_edges)
     _check_volume(mesh, extent)
@@ -87,11 +95,14 @@ def read_mesh(data: bytes, file_type: str, unit: str = "m") -> tuple[Mesh, Intak
         vertices=len(mesh.vertices),
         faces=len(mesh.faces),
         merged_vertices=merged,
-        unused_vertices=len(vertices) - merged - len(mesh.vertices),
+        unused_vertices=len(vertices) - merged - n_cleaned,
         degenerate_faces=degenerate,
         duplicate_faces=duplicate,
         flipped_faces=flipped,
-        components=n_parts,
+        components=n_parts - n_inner,
+        inner_parts=n_inner,
+        holes=len(holes),
+        hole_perimeters=tuple(holes[:LISTED_HOLES].tolist()),
         boundary_edges=int(np.count_nonzero(n_faces_at_edges == 1)),
         nonmanifold_edges=int(np.count_nonzero(n_faces_at_edges > 2)),
         watertight=mesh.watertight,
@@ -107,7 +118,12 @@ def _known_format(name: str) -> str:
     return file_type
 
 
-def _check_finite(vertices: NDArray[np.float64]) -> None:
+def check_finite(vertices: NDArray[np.float64]) -> None:
+    """Refuse coordinates that are no numbers.
+
+    Raises:
+        MeshError: With the first such vertex.
+    """
     broken = ~np.isfinite(vertices).all(axis=1)
     if broken.any():
         first = int(np.argmax(broken))
@@ -116,26 +132,6 @@ def _check_finite(vertices: NDArray[np.float64]) -> None:
             f"{np.count_nonzero(broken):,} of {len(vertices):,} vertices are not finite; the first is number "
             f"{first + 1} with {tuple(vertices[first].tolist())}. Every coordinate must be a number.",
         )
-
-
-def _checked_extent(extent: float, unit: str) -> float:
-    """The longest edge of the bounding box [m], refused where no hand would meet it."""
-    if extent == 0.0:
-        raise MeshError("no_area", "All vertices lie at one point; an object needs a surface with an area.")
-    if SMALLEST_EXTENT <= extent <= LARGEST_EXTENT:
-        return extent
-    plausible = [
-        f"{name!r} ({extent / UNITS[unit] * scale:.3g} m)"
-        for name, scale in UNITS.items()
-        if SMALLEST_EXTENT <= extent / UNITS[unit] * scale <= LARGEST_EXTENT
-    ]
-    advice = f"the unit may be {' or '.join(plausible)}" if plausible else "no known unit makes it plausible"
-    size = "too_large" if extent > LARGEST_EXTENT else "too_small"
-    raise MeshError(
-        size,
-        f"The object is {extent:.3g} m in its largest extent with unit {unit!r}; it must be between "
-        f"{SMALLEST_EXTENT:g} m and {LARGEST_EXTENT:g} m: {advice}.",
-    )
 
 
 def _check_area(area: float, extent: float) -> None:

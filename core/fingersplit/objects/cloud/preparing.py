@@ -1,0 +1,75 @@
+"""From a point cloud to an object: contacts on the seen surface only, collision also with what was not seen."""
+
+import numpy as np
+
+from fingersplit.errors import MeshError
+from fingersplit.objects.cloud.normals import orient_points
+from fingersplit.objects.cloud.point_cloud import PointCloud
+from fingersplit.objects.cloud.reconstruction import part_of_mesh, reconstruct
+from fingersplit.objects.cloud.unseen import estimate_viewpoint, hide_unseen
+from fingersplit.objects.grid import build_grid, thin_evenly
+from fingersplit.objects.mass import mass_properties
+from fingersplit.objects.model import COLLISION_POINTS, ObjectModel
+from fingersplit.objects.options import ObjectOptions
+from fingersplit.objects.packing import frozen
+from fingersplit.objects.signed_distance import build_distance_grid
+from fingersplit.objects.supervoxels import cluster_supervoxels
+from fingersplit.objects.surface import sample_surface
+from fingersplit.objects.triangle_grid import bin_triangles
+
+__all__ = ["FEWEST_POINTS", "prepare_cloud"]
+
+FEWEST_POINTS = 200
+"""With fewer there is no telling normals from noise."""
+
+
+def prepare_cloud(cloud: PointCloud, name: str = "object", options: ObjectOptions | None = None) -> ObjectModel:
+    """Prepare a point cloud for planning; the same cloud and options always give the same model.
+
+    The surface through the points carries the contacts. What closes it where nothing was seen, and in a cloud from one
+    view the space behind it, counts as object in collision tests and carries none.
+
+    Args:
+        cloud: One view or several merged, with noise and outliers.
+        name: What people call it.
+        options: Mass and friction; fairing does nothing, since clouds are always smoothed by as much as they are noisy.
+
+    Raises:
+        MeshError: The points are too few, or enclose nothing.
+    """
+    options = options or ObjectOptions()
+    if len(cloud.points) < FEWEST_POINTS:
+        raise MeshError(
+            "too_few_points", f"The cloud has {len(cloud.points):,} points; at least {FEWEST_POINTS:,} are needed."
+        )
+    oriented = orient_points(cloud)
+    closed, is_seen = reconstruct(oriented)
+    if not is_seen.any():
+        raise MeshError("no_volume", "No surface runs through the points: they are scattered in space.")
+    seen_part = part_of_mesh(closed, is_seen)
+    surface = sample_surface(seen_part)
+    supervoxels = cluster_supervoxels(surface, COLLISION_POINTS)
+    whole = sample_surface(closed)
+    distance = build_distance_grid(closed, whole, surface)
+    viewpoint = cloud.viewpoint
+    if viewpoint is None:
+        viewpoint = estimate_viewpoint(oriented.points, oriented.normals, oriented.areas)
+    obstacles = [supervoxels.centers, whole.grid.points]
+    if viewpoint is not None:
+        distance, beginnings = hide_unseen(distance, seen_part, viewpoint)
+        obstacles.append(beginnings)
+    spacing = whole.spacing * (len(whole.normals) / COLLISION_POINTS) ** 0.5
+    points = np.concatenate(obstacles)
+    return ObjectModel(
+        name=name,
+        content_hash=cloud.content_hash,
+        options=options,
+        mesh=closed,
+        surface=frozen(surface),
+        supervoxels=supervoxels,
+        collision=frozen(build_grid(points[thin_evenly(points, spacing)], 2.0 * spacing)[0]),
+        distance=distance,
+        triangles=bin_triangles(closed),
+        mass_properties=frozen(mass_properties(closed, options)),
+        seen=seen_part.area / closed.area,
+    )

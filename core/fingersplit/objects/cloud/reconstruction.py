@@ -1,0 +1,130 @@
+"""The closed surface through oriented points: the level set of their winding number, drawn onto the points.
+
+The winding number is 1 inside and 0 outside of a closed surface; its gradient is that of a layer of dipoles along the
+normals [Barill2018], so it solves a Poisson equation [Kazhdan2006], here on a regular grid by Fourier transforms. Where
+points are missing it closes the surface by itself.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import fft
+from scipy.ndimage import map_coordinates
+from scipy.spatial import cKDTree
+from skimage.measure import marching_cubes
+from trimesh.graph import connected_component_labels
+
+from fingersplit.errors import MeshError
+from fingersplit.objects.cloud.normals import OrientedPoints
+from fingersplit.objects.mesh import Mesh
+
+__all__ = ["Reconstruction", "part_of_mesh", "reconstruct"]
+
+CELLS = 64
+"""Along the longest extent of the points."""
+MARGIN = 0.3
+"""Of the longest extent, around the points: Fourier transforms repeat the object at the grid's end."""
+SMOOTHING = 1.2
+"""Of the points' layer, in cells or in standard deviations of their noise, whichever is more."""
+SEEN_REACH = 2.0
+"""A vertex is seen when points lie so close, in their spacings or in cells, and face the same way."""
+LEAST_PART = 0.05
+"""Share of all points that a separate part must have to be kept."""
+
+
+class Reconstruction(NamedTuple):
+    """A closed surface.
+
+    Attributes:
+        mesh: The triangles.
+        seen: Faces that run through points, (n_faces,) bool; the others were closed over.
+    """
+
+    mesh: Mesh
+    seen: NDArray[np.bool_]
+
+
+def reconstruct(oriented: OrientedPoints) -> Reconstruction:
+    """The closed surface through oriented points.
+
+    Raises:
+        MeshError: The points enclose nothing.
+    """
+    low, high = oriented.points.min(axis=0), oriented.points.max(axis=0)
+    extent = float((high - low).max())
+    cell, margin = extent / CELLS, MARGIN * extent
+    origin = low - margin
+    shape = [fft.next_fast_len(int(size) + 1, real=True) for size in (high - low + 2 * margin) / cell]
+    winding = _winding_number(oriented, origin, cell, shape)
+    at_points = map_coordinates(winding, ((oriented.points - origin) / cell).T, order=1)
+    level = float(np.average(at_points, weights=oriented.areas))
+    for axis in range(3):  # closed at the border of the grid, whatever happens
+        np.moveaxis(winding, axis, 0)[[0, -1]] = winding.min()
+    if not winding.min() < level < winding.max():
+        raise MeshError("no_volume", "The points enclose no volume: they may lie in one plane or point every way.")
+    vertices, faces, _, _ = marching_cubes(winding, level, gradient_direction="ascent")
+    mesh = _main_parts(Mesh(vertices * cell + origin, faces), oriented)
+    reach = SEEN_REACH * max(oriented.spacing, cell)
+    drawn, seen = _drawn_onto_points(mesh, oriented, reach)
+    return Reconstruction(drawn, np.asarray(seen[mesh.faces].all(axis=1)))
+
+
+def _winding_number(
+    oriented: OrientedPoints, origin: NDArray[np.float64], cell: float, shape: list[int]
+) -> NDArray[np.float64]:
+    """Winding number at the grid points, but for a constant: the solution w of laplace(w) = -div(normals)."""
+    steps = [2 * np.pi * fft.fftfreq(size, cell) for size in shape[:2]]
+    steps.append(2 * np.pi * fft.rfftfreq(shape[2], cell))
+    waves = np.meshgrid(*steps, indexing="ij", sparse=True)
+    squared = waves[0] ** 2 + waves[1] ** 2 + waves[2] ** 2
+    squared[0, 0, 0] = 1.0
+    width = SMOOTHING * max(cell, oriented.noise)
+    flow = np.zeros(squared.shape, dtype=np.complex128)
+    for axis in range(3):
+        layer = _spread(oriented.points, oriented.areas * oriented.normals[:, axis], origin, cell, shape)
+        flow += waves[axis] * fft.rfftn(layer)
+    flow *= 1j * np.exp(-0.5 * width**2 * squared) / squared
+    return np.asarray(fft.irfftn(flow, s=shape) / cell**3)
+
+
+def _spread(
+    points: NDArray[np.float64], values: NDArray[np.float64], origin: NDArray[np.float64], cell: float, shape: list[int]
+) -> NDArray[np.float64]:
+    """Values (n,) at points shared out to the corners of their cells, in trilinear parts."""
+    places = (points - origin) / cell
+    first = places.astype(np.int64)
+    part = places - first
+    total = np.zeros(int(np.prod(shape)))
+    for corner in np.ndindex(2, 2, 2):
+        weight = np.where(corner, part, 1 - part).prod(axis=1)
+        number = np.ravel_multi_index(tuple((first + corner).T), shape)
+        total += np.bincount(number, weight * values, minlength=total.size)
+    return total.reshape(shape)
+
+
+def _main_parts(mesh: Mesh, oriented: OrientedPoints) -> Mesh:
+    """Only the parts of a surface that a fair share of the points lies next to."""
+    part = connected_component_labels(np.concatenate([mesh.faces[:, :2], mesh.faces[:, 1:]]), len(mesh.vertices))
+    beside = part[cKDTree(mesh.vertices).query(oriented.points)[1]]
+    counts = np.bincount(beside, minlength=int(part.max()) + 1)
+    return part_of_mesh(mesh, (counts >= LEAST_PART * counts.sum())[part[mesh.faces[:, 0]]])
+
+
+def part_of_mesh(mesh: Mesh, faces: NDArray[np.bool_]) -> Mesh:
+    """Some faces (n_faces,) of a mesh, with their vertices."""
+    used, numbers = np.unique(mesh.faces[faces], return_inverse=True)
+    return Mesh(mesh.vertices[used], numbers.reshape(-1, 3).astype(np.int32))
+
+
+def _drawn_onto_points(mesh: Mesh, oriented: OrientedPoints, reach: float) -> tuple[Mesh, NDArray[np.bool_]]:
+    """Move vertices along their normals onto the weighted mean of the points about them, and tell which have any."""
+    vertices, normals = mesh.vertices.copy(), np.asarray(mesh.trimesh.vertex_normals)
+    distances, nearby = cKDTree(oriented.points).query(vertices, 24)
+    facing = np.einsum("ijk,ik->ij", oriented.normals[nearby], normals)
+    weights = np.exp(-2 * (distances / reach) ** 2) * np.clip(facing, 0.0, 1.0) * oriented.areas[nearby]
+    heights = np.einsum("ijk,ik->ij", oriented.points[nearby] - vertices[:, None], normals)
+    total = weights.sum(axis=1)
+    seen = (distances[:, 0] < reach) & (facing[:, 0] > 0.3) & (total > 0)
+    shift = np.where(seen, (weights * heights).sum(axis=1) / np.where(total > 0, total, 1.0), 0.0)
+    return Mesh(vertices + shift[:, None] * normals, mesh.faces), seen

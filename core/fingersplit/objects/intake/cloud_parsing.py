@@ -1,0 +1,134 @@
+"""Points out of a file: pypcd4 and numpy parse what the checks of its promises let through."""
+
+import io
+import re
+import zipfile
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from pypcd4.pypcd4 import PointCloud as PcdFile
+
+from fingersplit.errors import MeshError
+from fingersplit.objects.intake.promises import MOST_FACES, check_count, malformed, truncated
+from fingersplit.objects.intake.promises_pcd import check_pcd
+from fingersplit.objects.intake.promises_ply import check_ply, vertex_table
+
+__all__ = ["CLOUD_FORMATS", "RawCloud", "holds_cloud", "parse_cloud"]
+
+_MOST_BYTES = 64 * MOST_FACES  # of one array in an .npz file: points as double precision, and some room
+_FACE_COUNT = re.compile(rb"^element[ \t]+face[ \t]+0*([0-9]+)", re.MULTILINE)
+
+
+class RawCloud(NamedTuple):
+    """What a file says, in its own unit.
+
+    Attributes:
+        points: (n, 3), not all of them finite.
+        normals: (n, 3), or None.
+        viewpoint: (3,), or None.
+    """
+
+    points: NDArray[np.float64]
+    normals: NDArray[np.float64] | None
+    viewpoint: NDArray[np.float64] | None
+
+
+def holds_cloud(data: bytes, file_type: str) -> bool:
+    """Whether a file is to be read as a point cloud: by its format, and for PLY by whether it has faces."""
+    if file_type != "ply":
+        return file_type in CLOUD_FORMATS
+    header = data[: data.find(b"end_header") + 1]
+    faces = _FACE_COUNT.search(header)
+    return bool(header) and (faces is None or int(faces[1]) == 0)
+
+
+def parse_cloud(data: bytes, file_type: str) -> RawCloud:
+    """Parse the file of a point cloud.
+
+    Args:
+        data: The file's bytes.
+        file_type: One of `CLOUD_FORMATS`.
+
+    Raises:
+        MeshError: The file is empty, broken or cut off, or holds no or too many points.
+    """
+    if not data:
+        raise MeshError("empty", f"The file is empty (0 bytes); it should hold a point cloud as {file_type.upper()}.")
+    try:
+        with np.errstate(all="ignore"):  # numbers that are not finite are counted later
+            cloud = CLOUD_FORMATS[file_type](data)
+    except MeshError:
+        raise
+    except MemoryError as error:
+        raise MeshError("too_many_points", "The cloud takes more memory than there is; thin it out first.") from error
+    except Exception as error:
+        # As with meshes: the parsers raise anything on broken files, and the file is at fault.
+        what = f"The {file_type.upper()} file cannot be read ({type(error).__name__}: {error!s:.200})."
+        raise malformed(what) from error
+    if not len(cloud.points):
+        raise MeshError("no_points", "The file has no point; a cloud is needed.")
+    return cloud
+
+
+def _parse_pcd(data: bytes) -> RawCloud:
+    cloud = PcdFile.from_fileobj(io.BufferedReader(io.BytesIO(check_pcd(data))))
+    rows = np.atleast_1d(cloud.pc_data)
+    viewpoint = np.array(cloud.metadata.viewpoint[:3])
+    # All zero is what programs write that do not know it.
+    return RawCloud(
+        _columns(rows, "x", "y", "z"),
+        _columns(rows, "normal_x", "normal_y", "normal_z") if "normal_z" in (rows.dtype.names or ()) else None,
+        viewpoint if viewpoint.any() else None,
+    )
+
+
+def _parse_ply(data: bytes) -> RawCloud:
+    check_ply(data)
+    rows = vertex_table(data)
+    normals = _columns(rows, "nx", "ny", "nz") if {"nx", "ny", "nz"} <= set(rows.dtype.names or ()) else None
+    return RawCloud(_columns(rows, "x", "y", "z"), normals, None)
+
+
+def _parse_npz(data: bytes) -> RawCloud:
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        arrays = {
+            entry.filename.removesuffix(".npy"): _read_array(archive, entry)
+            for entry in archive.infolist()
+            if entry.filename in ("points.npy", "normals.npy", "viewpoint.npy")
+        }
+    points, normals, viewpoint = (arrays.get(name) for name in ("points", "normals", "viewpoint"))
+    if points is None or points.shape[-1:] != (3,):
+        raise malformed("The NPZ file must hold an array 'points' whose last axis has x, y and z.")
+    if normals is not None and normals.shape != points.shape:
+        raise malformed(f"The NPZ array 'normals' has the shape {normals.shape}; that of the points is {points.shape}.")
+    if viewpoint is not None and viewpoint.shape != (3,):
+        raise malformed(f"The NPZ array 'viewpoint' has the shape {viewpoint.shape}; it must be (3,).")
+    return RawCloud(points.reshape(-1, 3), None if normals is None else normals.reshape(-1, 3), viewpoint)
+
+
+def _read_array(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> NDArray[np.float64]:
+    """One array of an .npz file, if it is as long as both of its headers say."""
+    check_count(entry.file_size // 64, _MOST_BYTES // 64, "numbers")
+    with archive.open(entry) as file:
+        content = file.read(_MOST_BYTES + 1)
+    stream = io.BytesIO(content)
+    version = np.lib.format.read_magic(stream)
+    reader = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
+    shape, _, dtype = reader(stream)
+    if dtype.kind not in "fiu":
+        raise malformed(f"The NPZ array {entry.filename[:-4]!r} holds {dtype.name}, not numbers.")
+    n_bytes = int(np.prod(shape, dtype=object)) * dtype.itemsize
+    if n_bytes != len(content) - stream.tell():
+        raise truncated(f"an array of {n_bytes:,} bytes", f"{len(content) - stream.tell():,}")
+    check_count(int(np.prod(shape, dtype=object)) // 3, MOST_FACES, "points")
+    return np.asarray(np.load(io.BytesIO(content), allow_pickle=False), dtype=np.float64)
+
+
+def _columns(rows: NDArray[Any], *names: str) -> NDArray[np.float64]:
+    return np.stack([rows[name].astype(np.float64) for name in names], axis=1)
+
+
+CLOUD_FORMATS: dict[str, Callable[[bytes], RawCloud]] = {"pcd": _parse_pcd, "ply": _parse_ply, "npz": _parse_npz}
+"""Parser of each format of point clouds, by its suffix."""

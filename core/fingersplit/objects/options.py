@@ -1,0 +1,65 @@
+"""What a caller knows of an object or wants of its preparation, beside its shape."""
+
+import hashlib
+import json
+from dataclasses import asdict, dataclass, field, fields
+from typing import Any, Self
+
+from fingersplit.errors import SettingsError
+
+__all__ = ["ObjectOptions"]
+
+
+def _option(default: float | None, unit: str, doc: str, low: float, high: float) -> Any:
+    return field(default=default, metadata={"unit": unit, "doc": doc, "low": low, "high": high})
+
+
+@dataclass(frozen=True)
+class ObjectOptions:
+    """Options of one object; None means not known.
+
+    Raises:
+        SettingsError: A value outside its range, which stands in the field's metadata, or both density and mass.
+    """
+
+    density: float | None = _option(None, "kg/m^3", "Density, even over the object.", 1.0, 25_000.0)
+    mass: float | None = _option(None, "kg", "Mass, instead of a density.", 1e-6, 100.0)
+    friction: float | None = _option(None, "1", "Coulomb friction between its surface and pads.", 0.01, 5.0)
+    fairing: float = _option(0.0, "m", "Waves of this length lose half their height by implicit fairing.", 0.0, 0.05)
+
+    def __post_init__(self) -> None:
+        for option in fields(self):
+            value: Any = getattr(self, option.name)
+            if value is None and option.default is None:
+                continue
+            low, high = option.metadata["low"], option.metadata["high"]
+            if type(value) not in (float, int) or not low <= value <= high:
+                raise SettingsError(
+                    f"Object option {option.name!r} is {value!r}; allowed: a number from {low:g} to {high:g} "
+                    f"{option.metadata['unit']}."
+                )
+            object.__setattr__(self, option.name, float(value))
+        if self.density is not None and self.mass is not None:
+            raise SettingsError("Both density and mass are given; the volume is known, so give one of them.")
+
+    @classmethod
+    def from_document(cls, document: dict[str, Any]) -> Self:
+        """Options from plain JSON data; what is left out keeps its default.
+
+        Raises:
+            SettingsError: An unknown name, or a value that is not allowed.
+        """
+        known = [option.name for option in fields(cls)]
+        unknown = sorted(set(document) - set(known))
+        if unknown:
+            raise SettingsError(f"Unknown object option {unknown[0]!r}; known: {', '.join(known)}.")
+        return cls(**document)
+
+    def to_document(self) -> dict[str, Any]:
+        """All values as plain JSON data."""
+        return asdict(self)
+
+    @property
+    def content_hash(self) -> str:
+        """Hash of all values (16 hex digits)."""
+        return hashlib.sha256(json.dumps(self.to_document(), sort_keys=True).encode()).hexdigest()[:16]

@@ -1,0 +1,150 @@
+"""Controllers of a held grasp, as actuators inside the simulation: no step of theirs leaves the compiled loop.
+
+A scene carries the actuators of every controller; each controller enables its own, sets their gains and says what goes
+into their control inputs.
+"""
+
+from dataclasses import asdict, dataclass, fields
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingersplit.errors import SettingsError
+from fingersplit.verification.grip import Grip
+from fingersplit.verification.protocol import setting
+from fingersplit.verification.scene import Scene
+from fingersplit.verification.scene_parts import FINGER_SERVOS, JOINT_SERVOS
+
+__all__ = ["CONTROLLERS", "Controller", "PositionServo", "VirtualFrame", "load_controller"]
+
+
+@dataclass(frozen=True)
+class Controller:
+    """What a controller does before and after the fingers have closed.
+
+    Raises:
+        SettingsError: A value outside its range.
+    """
+
+    name: ClassVar[str]
+    """How requests call it."""
+
+    load_margin: float = setting(1.5, "1", "The grip carries this many times the load.", 0.1, 10.0)
+    friction_margin: float = setting(0.8, "1", "Share of the friction that the grip relies on.", 0.1, 1.0)
+
+    def __post_init__(self) -> None:
+        for number in fields(self):
+            value, low, high = getattr(self, number.name), number.metadata["low"], number.metadata["high"]
+            if type(value) not in (int, float) or not low <= value <= high:
+                raise SettingsError(
+                    f"{number.name!r} of controller {self.name!r} is {value!r}; allowed: {low:g} to {high:g}."
+                )
+
+    def prepare(self, scene: Scene) -> None:
+        """Enable this controller's actuators and set their gains."""
+        raise NotImplementedError
+
+    def close(self, scene: Scene, grip: Grip, ramp: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Controls (T, n_controls) that close the fingers, as ``ramp`` (T,) goes from 0 to 1.
+
+        The scene stands in the planned grasp.
+        """
+        raise NotImplementedError
+
+    def hold(self, scene: Scene, closing: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Controls (n_controls,) that hold on, given the last of ``close``; the scene stands as closing left it."""
+        raise NotImplementedError
+
+    def to_document(self) -> dict[str, Any]:
+        """Name and numbers as plain JSON data."""
+        return {"name": self.name, **asdict(self)}
+
+
+@dataclass(frozen=True)
+class VirtualFrame(Controller):
+    """The virtual-frame controller of [Tahara2010] and [Li2016], torques J^T f plus gravity compensation.
+
+    Grip: the tips of every pair of fingers pull towards each other in proportion to their distance,
+    f_i = sum_j k_ij (x_j - x_i). With k_ij = K_g / F this is the papers' K_g (o - x_i) about the mean o; other weights
+    move the point the fingers pull to. Forces and moments sum to zero exactly.
+
+    Object: each tip is drawn to its place x_i^d in the palm by K (x_i^d - x_i). Summed over the fingers that is
+    F K (o^d - o) on the virtual frame's origin and K sum r_i x r_i^d on its axes, that is K_t = F K and K_r = K; what
+    is left are the fingertips' stiffnesses about their places in the virtual frame. Once the fingers have closed, the
+    places where they came to rest are the ones to keep, so that the grip is all of the internal force.
+    """
+
+    name: ClassVar[str] = "virtual_frame"
+
+    stiffness: float = setting(1000.0, "N/m", "Stiffness K of a fingertip about its place.", 0.0, 1e4)
+    closing_stiffness: float = setting(50.0, "N/m", "The same while the fingers close.", 0.0, 1e4)
+    damping: float = setting(30.0, "N s/m", "Damping of a fingertip.", 0.0, 1e3)
+
+    def prepare(self, scene: Scene) -> None:
+        """Fingertip servos at their closing stiffness."""
+        scene.enable(FINGER_SERVOS)
+        scene.set_gains(scene.servo_controls.ravel(), self.closing_stiffness, self.damping)
+
+    def close(self, scene: Scene, grip: Grip, ramp: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Pull the fingertips together, more and more, about their planned places."""
+        controls = np.zeros((len(ramp), scene.model.nu))
+        controls[:, scene.servo_controls] = scene.grips_in_palm()
+        a, b = scene.pairs.T
+        tips = scene.grips_in_palm()
+        controls[:, scene.pair_controls] = np.outer(ramp, grip.pulls / np.linalg.norm(tips[a] - tips[b], axis=1))
+        return controls
+
+    def hold(self, scene: Scene, closing: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Keep the grip, and the fingertips where they are."""
+        scene.set_gains(scene.servo_controls.ravel(), self.stiffness, self.damping)
+        controls = closing.copy()
+        controls[scene.servo_controls] = scene.grips_in_palm()
+        return controls
+
+
+@dataclass(frozen=True)
+class PositionServo(Controller):
+    """For hands that take positions: each joint is sent past its planned angle until it presses with its torque."""
+
+    name: ClassVar[str] = "squeeze"
+
+    give: float = setting(0.1, "rad", "Deviation at which a joint's servo spends its torque limit.", 1e-3, 1.0)
+    damping_time: float = setting(0.02, "s", "Damping over stiffness of a servo.", 0.0, 1.0)
+
+    def prepare(self, scene: Scene) -> None:
+        """Joint servos."""
+        scene.enable(JOINT_SERVOS)
+        stiffness = scene.hand.torque_limits / self.give
+        scene.set_gains(scene.joint_controls, stiffness, self.damping_time * stiffness)
+
+    def close(self, scene: Scene, grip: Grip, ramp: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Move the targets from the planned angles on into the object."""
+        controls = np.zeros((len(ramp), scene.model.nu))
+        torques = np.einsum("fkn,fk->n", scene.finger_jacobians(), grip.forces)
+        press = np.clip(self.give * torques / scene.hand.torque_limits, -self.give, self.give)
+        controls[:, scene.joint_controls] = scene.data.qpos[scene.joint_qpos] + np.outer(ramp, press)
+        return controls
+
+    def hold(self, _scene: Scene, closing: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The same targets."""
+        return closing
+
+
+CONTROLLERS: dict[str, type[Controller]] = {kind.name: kind for kind in (VirtualFrame, PositionServo)}
+"""Every controller by name."""
+
+
+def load_controller(name: str, values: dict[str, Any] | None = None) -> Controller:
+    """A controller, with some of its numbers replaced.
+
+    Raises:
+        SettingsError: No such controller or no such number; the message lists the known ones.
+    """
+    if name not in CONTROLLERS:
+        raise SettingsError(f"Unknown controller {name!r}; known: {', '.join(CONTROLLERS)}.")
+    known = [number.name for number in fields(CONTROLLERS[name])]
+    unknown = sorted(set(values or {}) - set(known))
+    if unknown:
+        raise SettingsError(f"Controller {name!r} has no number {unknown[0]!r}; it has: {', '.join(known)}.")
+    return CONTROLLERS[name](**(values or {}))

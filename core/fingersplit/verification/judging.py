@@ -1,0 +1,139 @@
+"""From what a simulation recorded to numbers, a verdict and the frames worth keeping."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingersplit.hands.hand import Hand
+from fingersplit.transforms import wxyz_from_rotation
+from fingersplit.verification.protocol import Branch, Phase, Protocol
+from fingersplit.verification.report import BranchReport, PhaseReport, Reason, Simulation
+from fingersplit.verification.simulation import Recording
+
+__all__ = ["film", "judge_branch", "measure_phase", "phase_rows"]
+
+FRAME_RATE = 100.0
+"""[1/s]"""
+SETTLED_TIME = 0.1
+"""Over which the contact forces at the end of a phase are averaged [s]."""
+SATURATED_SHARE = 0.1
+"""Joints that spend this share of a phase at their torque limit count as saturated."""
+
+
+def phase_rows(phases: Sequence[Phase], step: float) -> list[slice]:
+    """Rows of a branch's recording that belong to each phase."""
+    ends = np.cumsum([round(phase.duration / step) for phase in phases])
+    return [slice(int(begin), int(end)) for begin, end in zip([0, *ends[:-1]], ends, strict=True)]
+
+
+def measure_phase(
+    hand: Hand,
+    name: str,
+    recording: Recording,
+    rows: slice,
+    center_of_mass: NDArray[np.float64],
+    load: NDArray[np.float64],
+) -> PhaseReport:
+    """Numbers of one phase."""
+    step = float(recording.times[0])
+    settled = slice(max(rows.start, rows.stop - round(SETTLED_TIME / step)), rows.stop)
+    displacements, rotations = _motion_in_hand(recording, center_of_mass)
+    at_limit = np.abs(recording.torques[rows]) >= 0.999 * hand.torque_limits
+    mean_force = recording.contact_forces[settled].sum(axis=1).mean(axis=0)
+    return PhaseReport(
+        name=name,
+        duration=(rows.stop - rows.start) * step,
+        displacement=float(displacements[rows].max()),
+        rotation=float(rotations[rows].max()),
+        lost_contacts=tuple(
+            finger.name
+            for finger, touches in zip(hand.fingers, np.any(recording.touching[settled], axis=0).tolist(), strict=True)
+            if not touches
+        ),
+        contact_force=tuple(mean_force.tolist()),
+        load=tuple(load.tolist()),
+        largest_force=float(np.linalg.norm(recording.contact_forces[rows], axis=2).max()),
+        largest_penetration=float(recording.penetrations[rows].max()),
+        saturated_joints=tuple(
+            joint
+            for joint, share in zip(hand.joint_names, at_limit.mean(axis=0), strict=True)
+            if share >= SATURATED_SHARE
+        ),
+    )
+
+
+def judge_branch(
+    hand: Hand, protocol: Protocol, branch: Branch, recording: Recording, mass: float, center: NDArray[np.float64]
+) -> BranchReport:
+    """Numbers of every phase of a branch, and the verdict on it."""
+    if not recording.stable:
+        return BranchReport(branch.name, "unstable_simulation", ())
+    reports = tuple(
+        measure_phase(
+            hand, phase.name, recording, rows, center, mass * (np.asarray(branch.gravity) + np.asarray(phase.pull))
+        )
+        for phase, rows in zip(branch.phases, phase_rows(branch.phases, protocol.time_step), strict=True)
+    )
+    return BranchReport(branch.name, _verdict(protocol, reports), reports)
+
+
+def _verdict(protocol: Protocol, phases: tuple[PhaseReport, ...]) -> Reason:
+    reason: Reason = "held"
+    if max(phase.displacement for phase in phases) > protocol.largest_displacement:
+        reason = "slipped"
+    elif max(phase.rotation for phase in phases) > protocol.largest_rotation:
+        reason = "rotated"
+    elif protocol.all_contacts and phases[-1].lost_contacts:
+        reason = "contact_lost"
+    if reason != "held" and any(phase.saturated_joints for phase in phases):
+        return "joint_torque_saturated"
+    return reason
+
+
+def _motion_in_hand(
+    recording: Recording, center_of_mass: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """How far the centre of mass is from its place in the planned grasp (T,) [m], and the object's turn (T,) [rad]."""
+    w, v = recording.object_wxyz[:, :1], recording.object_wxyz[:, 1:]
+    turned = center_of_mass + 2 * np.cross(v, np.cross(v, center_of_mass) + w * center_of_mass)
+    displacement = recording.object_positions + turned - center_of_mass - recording.palm_offsets
+    rotation = 2 * np.arctan2(np.linalg.norm(v, axis=1), np.abs(w[:, 0]))
+    return np.linalg.norm(displacement, axis=1), rotation
+
+
+def film(
+    object_from_palm: NDArray[np.float64],
+    step: float,
+    squeeze: Recording,
+    branches: Sequence[tuple[Branch, Recording]],
+) -> Simulation:
+    """The recordings one after the other, thinned to ``FRAME_RATE``."""
+    stretches = [("squeeze", squeeze, slice(0, len(squeeze.times)))]
+    for branch, recording in branches:
+        for phase, rows in zip(branch.phases, phase_rows(branch.phases, step), strict=True):
+            stretches.append((f"{branch.name}: {phase.name}", recording, rows))
+    stride = max(1, round(1 / (FRAME_RATE * step)))
+    kept = [(recording, range(rows.start + stride - 1, rows.stop, stride)) for _, recording, rows in stretches]
+    counts = [len(rows) for _, rows in kept]
+
+    def column(name: str) -> NDArray[np.float64]:
+        return np.concatenate([getattr(recording, name)[rows] for recording, rows in kept])
+
+    frames, fingers = sum(counts), squeeze.touching.shape[1]
+    simulation = Simulation(
+        times=np.arange(1, frames + 1, dtype=np.float64) * stride * step,
+        phases=np.repeat(np.arange(len(kept)), counts),
+        phase_names=tuple(name for name, _, _ in stretches),
+        palm_positions=object_from_palm[:3, 3] + column("palm_offsets"),
+        palm_wxyz=np.tile(wxyz_from_rotation(object_from_palm[:3, :3]), (frames, 1)),
+        joints=column("joints"),
+        object_positions=column("object_positions"),
+        object_wxyz=column("object_wxyz"),
+        contact_positions=column("contact_positions")[:, :fingers],
+        contact_forces=column("contact_forces")[:, :fingers],
+    )
+    for name, array in vars(simulation).items():
+        if name != "phase_names":
+            array.setflags(write=False)
+    return simulation

@@ -1,0 +1,116 @@
+"""What is done to a held object and when it counts as held: numbers, and the branches that they mean."""
+
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, field, fields, replace
+from math import radians
+from typing import Any, ClassVar, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingersplit.errors import SettingsError
+
+__all__ = ["Branch", "Phase", "Protocol", "at_rest", "setting"]
+
+Motion = Callable[[NDArray[np.float64]], NDArray[np.float64]]
+"""Palm displacement (T, 3) [m], world frame, by time since the phase began (T,) [s]."""
+Vector = tuple[float, float, float]
+
+
+def setting(default: float | None, unit: str, doc: str, low: float, high: float) -> Any:
+    """A number of a protocol with its unit, meaning and range."""
+    return field(default=default, metadata={"unit": unit, "doc": doc, "low": low, "high": high})
+
+
+def at_rest(times: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The palm stays where it is."""
+    return np.zeros((len(times), 3))
+
+
+@dataclass(frozen=True)
+class Phase:
+    """A stretch of time in which one thing is done.
+
+    Attributes:
+        name: What is done.
+        duration: How long [s].
+        motion: Where the palm goes.
+        pull: Force on the object's centre of mass for each kg of it, world frame [N/kg].
+    """
+
+    name: str
+    duration: float
+    motion: Motion = at_rest
+    pull: Vector = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Branch:
+    """Phases that follow the squeeze, all under one gravity.
+
+    Attributes:
+        name: What distinguishes this branch.
+        phases: One after the other.
+        gravity: World frame [m/s^2].
+    """
+
+    name: str
+    phases: tuple[Phase, ...]
+    gravity: Vector = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Protocol:
+    """Numbers that every protocol has; each subclass says in ``branches`` what it does after the squeeze.
+
+    Every branch starts from the same squeezed grasp.
+
+    Raises:
+        SettingsError: A value outside its range.
+    """
+
+    name: ClassVar[str]
+    """How requests call it."""
+
+    mass: float | None = setting(None, "kg", "Mass of the object; none for the object's own.", 1e-3, 50.0)
+    friction_scale: float = setting(1.0, "1", "Factor on the requested sliding friction.", 0.0, 10.0)
+    torsional_friction: float = setting(0.005, "m", "Torsional friction.", 0.0, 0.1)
+    squeeze_time: float = setting(0.3, "s", "Time to close and squeeze, without gravity.", 0.05, 10.0)
+    time_step: float = setting(0.002, "s", "Simulation step.", 1e-4, 0.005)
+    largest_displacement: float = setting(0.02, "m", "Most that the object may move in the hand.", 0.0, 1.0)
+    largest_rotation: float = setting(radians(15.0), "rad", "Most that it may turn in the hand.", 0.0, 3.2)
+    largest_initial_penetration: float = setting(0.01, "m", "Most that the planned hand may lie inside.", 0.0, 0.1)
+    all_contacts: bool = setting(True, "", "Whether every finger must touch at the end.", 0, 1)
+
+    def __post_init__(self) -> None:
+        for number in fields(self):
+            value = getattr(self, number.name)
+            accepted = (bool,) if number.type is bool else (int, float)
+            if value is None and number.default is None:
+                continue
+            low, high = number.metadata["low"], number.metadata["high"]
+            if type(value) not in accepted or not low <= value <= high:
+                raise SettingsError(
+                    f"{number.name!r} of protocol {self.name!r} is {value!r}; allowed: {low:g} to {high:g}."
+                )
+
+    @property
+    def branches(self) -> tuple[Branch, ...]:
+        """What is done after the squeeze, each from the same start."""
+        raise NotImplementedError
+
+    def with_values(self, values: dict[str, Any]) -> Self:
+        """The same protocol with other numbers.
+
+        Raises:
+            SettingsError: An unknown name, or a value outside its range.
+        """
+        known = [number.name for number in fields(self)]
+        unknown = sorted(set(values) - set(known))
+        if unknown:
+            raise SettingsError(f"Protocol {self.name!r} has no number {unknown[0]!r}; it has: {', '.join(known)}.")
+        return replace(self, **values)
+
+    def to_document(self) -> dict[str, Any]:
+        """All numbers as plain JSON data."""
+        return asdict(self)

@@ -1,0 +1,203 @@
+"""The simulated world: the planner's own hand on a carriage, the object's convex pieces, the controllers' actuators.
+
+One scene serves every grasp of an object: poses, friction and mass are written into the compiled model, never into its
+description. World frame: the object frame when the simulation starts, z up.
+"""
+
+import copy
+from dataclasses import dataclass, replace
+from itertools import combinations
+from typing import Any, Self
+
+import mujoco
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fingersplit.grasp import Grasp
+from fingersplit.hands.hand import Hand
+from fingersplit.objects.convex_pieces import ConvexPieces
+from fingersplit.transforms import wxyz_from_rotation
+from fingersplit.verification.scene_parts import (
+    CONDIM,
+    FINGER_SERVOS,
+    JOINT_SERVOS,
+    OBJECT,
+    SOLIMP,
+    SOLREF,
+    add_object,
+    add_sensors,
+    drive_hand,
+    finger_chains,
+    grip_site,
+    mount_hand,
+    pair_name,
+    servo_name,
+)
+
+__all__ = ["Scene"]
+
+IMPRATIO, NOSLIP_ITERATIONS = 10, 2
+"""With elliptic cones these keep a held object from creeping through the fingers."""
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """A compiled world and where its parts are.
+
+    Attributes:
+        hand: The hand.
+        model: Compiled ``MjModel``; used by one thread at a time.
+        data: Its ``MjData``.
+        palm_body: Body of the palm.
+        object_body: Body of the object.
+        object_qpos: First of the object's seven positions.
+        finger_bodies: Bodies of each finger from the palm outwards.
+        joint_qpos: Position of every joint of the hand, (N,).
+        joint_dofs: Its degree of freedom, (N,).
+        grip_sites: Where each finger touches, (F,).
+        pairs: Pairs of fingers with a virtual spring between them, (P, 2).
+        carriage_joints: Slides of the palm x, y, z.
+        carriage_controls: Controls of the carriage x, y, z.
+        servo_controls: Controls of the fingertip servos along the palm's axes, (F, 3).
+        pair_controls: Controls of the virtual springs, (P,).
+        joint_controls: Controls of the joint servos, (N,).
+    """
+
+    hand: Hand
+    model: Any
+    data: Any
+    palm_body: int
+    object_body: int
+    object_qpos: int
+    finger_bodies: tuple[tuple[int, ...], ...]
+    joint_qpos: NDArray[np.int64]
+    joint_dofs: NDArray[np.int64]
+    grip_sites: NDArray[np.int64]
+    pairs: NDArray[np.int64]
+    carriage_joints: NDArray[np.int64]
+    carriage_controls: NDArray[np.int64]
+    servo_controls: NDArray[np.int64]
+    pair_controls: NDArray[np.int64]
+    joint_controls: NDArray[np.int64]
+
+    @classmethod
+    def build(cls, hand: Hand, pieces: ConvexPieces) -> Self:
+        """Compile the scene of a hand and an object: a few tenths of a second, then good for all grasps."""
+        spec = mujoco.MjSpec.from_file(str(hand.mjcf))
+        chains = finger_chains(spec, hand)
+        mount_hand(spec, hand, chains)
+        drive_hand(spec, hand)
+        add_object(spec, pieces)
+        add_sensors(spec, hand, chains)
+        spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+        spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+        spec.option.impratio, spec.option.noslip_iterations = IMPRATIO, NOSLIP_ITERATIONS
+        model = spec.compile()
+        joints = [model.joint(name) for name in hand.joint_names]
+        fingers = [finger.name for finger in hand.fingers]
+        return cls(
+            hand=hand,
+            model=model,
+            data=mujoco.MjData(model),
+            palm_body=model.body(hand.palm).id,
+            object_body=model.body(OBJECT).id,
+            object_qpos=int(model.joint(OBJECT).qposadr[0]),
+            finger_bodies=tuple(tuple(model.body(name).id for name in chain) for chain in chains),
+            joint_qpos=np.array([joint.qposadr[0] for joint in joints]),
+            joint_dofs=np.array([joint.dofadr[0] for joint in joints]),
+            grip_sites=np.array([model.site(grip_site(name)).id for name in fingers]),
+            pairs=np.array(list(combinations(range(len(fingers)), 2))),
+            carriage_joints=np.array([model.joint(f"carriage_{axis}").id for axis in "xyz"]),
+            carriage_controls=np.array([model.actuator(f"carriage_{axis}").id for axis in "xyz"]),
+            servo_controls=np.array([[model.actuator(f"{name}_{axis}").id for axis in "xyz"] for name in fingers]),
+            pair_controls=np.array([model.actuator(pair_name(a, b)).id for a, b in combinations(fingers, 2)]),
+            joint_controls=np.array([model.actuator(servo_name(name)).id for name in hand.joint_names]),
+        )
+
+    def copy(self) -> "Scene":
+        """The same scene for another thread."""
+        model = copy.copy(self.model)
+        return replace(self, model=model, data=mujoco.MjData(model))
+
+    def set_object(self, mass: float, center_of_mass: NDArray[np.float64], inertia: NDArray[np.float64]) -> None:
+        """Mass [kg], its centre (3,) [m] and inertia (3, 3) [kg m^2] about that centre, in the object frame."""
+        moments, axes = np.linalg.eigh(inertia)
+        axes[:, 2] = np.cross(axes[:, 0], axes[:, 1])
+        body = self.object_body
+        self.model.body_mass[body], self.model.body_inertia[body] = mass, moments
+        self.model.body_ipos[body], self.model.body_iquat[body] = center_of_mass, wxyz_from_rotation(axes)
+
+    def set_friction(self, sliding: NDArray[np.float64], torsional: float) -> None:
+        """Sliding friction of each finger (F,) against the object, the palm taking their mean; torsional [m]."""
+        model = self.model
+        model.geom_friction[:, 0], model.geom_friction[:, 1] = sliding.mean(), torsional
+        for friction, bodies in zip(sliding, self.finger_bodies, strict=True):
+            model.geom_friction[np.isin(model.geom_bodyid, bodies), 0] = friction
+
+    def place(self, grasp: Grasp) -> None:
+        """Object at the world's origin, hand where the grasp has it, everything at rest.
+
+        Each finger's grip site goes to the point of its pad that faces the planned contact.
+        """
+        model, data = self.model, self.data
+        model.body_pos[self.palm_body] = grasp.object_from_palm[:3, 3]
+        model.body_quat[self.palm_body] = wxyz_from_rotation(grasp.object_from_palm[:3, :3])
+        model.jnt_axis[self.carriage_joints] = grasp.object_from_palm[:3, :3]  # row k: the world's axis k in the palm
+        mujoco.mj_setConst(model, data)
+        mujoco.mj_resetData(model, data)
+        self.set_joints(grasp.joints)
+        for site, tip in zip(self.grip_sites, grasp.fingertips, strict=True):
+            body = model.site_bodyid[site]
+            model.site_pos[site] = (tip - data.xpos[body]) @ data.xmat[body].reshape(3, 3)
+        mujoco.mj_forward(model, data)
+
+    def set_joints(self, joints: NDArray[np.float64]) -> None:
+        """Joint angles (N,) [rad], and all that follows from them."""
+        self.data.qpos[self.joint_qpos] = joints
+        mujoco.mj_forward(self.model, self.data)
+
+    def finger_jacobians(self) -> NDArray[np.float64]:
+        """Velocity of every grip site by the hand's joints, (F, 3, N) [m/rad], world frame."""
+        jacobians = np.empty((len(self.grip_sites), 3, self.model.nv))
+        for site, jacobian in zip(self.grip_sites, jacobians, strict=True):
+            mujoco.mj_jacSite(self.model, self.data, jacobian, None, site)
+        return jacobians[:, :, self.joint_dofs]
+
+    def penetrations(self) -> NDArray[np.float64]:
+        """Deepest penetration into the object of each finger and of the palm, (F + 1,) [m], zero where none."""
+        depths = np.zeros(len(self.finger_bodies) + 1)
+        bodies = self.model.geom_bodyid
+        for contact in self.data.contact:
+            pair = {int(bodies[contact.geom[0]]), int(bodies[contact.geom[1]])}
+            if self.object_body in pair:
+                (other,) = pair - {self.object_body}
+                part = next((f for f, chain in enumerate(self.finger_bodies) if other in chain), -1)
+                depths[part] = max(depths[part], -contact.dist)
+        return depths
+
+    def grips_in_palm(self) -> NDArray[np.float64]:
+        """Grip sites in the palm frame, (F, 3) [m]."""
+        data, palm = self.data, self.palm_body
+        return np.asarray((data.site_xpos[self.grip_sites] - data.xpos[palm]) @ data.xmat[palm].reshape(3, 3))
+
+    def solver_document(self) -> dict[str, Any]:
+        """How MuJoCo solves this scene, as plain JSON data."""
+        step = float(self.model.opt.timestep)
+        return {
+            "integrator": "implicitfast",
+            "cone": "elliptic",
+            "impratio": IMPRATIO,
+            "noslip_iterations": NOSLIP_ITERATIONS,
+            "time_step": step,
+            "contacts": {"condim": CONDIM, "solref": SOLREF, "solimp": SOLIMP},
+        }
+
+    def enable(self, group: int) -> None:
+        """Switch on the actuators of one controller's group and off those of the others."""
+        self.model.opt.disableactuator = ((1 << FINGER_SERVOS) | (1 << JOINT_SERVOS)) & ~(1 << group)
+
+    def set_gains(self, actuators: NDArray[np.int64], stiffness: ArrayLike, damping: ArrayLike) -> None:
+        """Stiffness and damping of servos, one number or one each, SI units."""
+        self.model.actuator_gainprm[actuators, 0] = stiffness
+        self.model.actuator_biasprm[actuators, 1] = -np.asarray(stiffness)
+        self.model.actuator_biasprm[actuators, 2] = -np.asarray(damping)

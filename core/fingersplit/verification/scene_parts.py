@@ -1,0 +1,163 @@
+"""What a scene is described with: the hand on its carriage, actuators, the object, sensors."""
+
+from itertools import combinations
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from fingersplit.hands.hand import Hand
+from fingersplit.objects.convex_pieces import ConvexPieces
+
+__all__ = [
+    "CARRIAGE_FREQUENCY",
+    "CONDIM",
+    "FINGER_SERVOS",
+    "JOINT_SERVOS",
+    "OBJECT",
+    "PALM_FRAME",
+    "SOLIMP",
+    "SOLREF",
+    "add_object",
+    "add_sensors",
+    "drive_hand",
+    "finger_chains",
+    "grip_site",
+    "mount_hand",
+    "pair_name",
+    "servo_name",
+]
+
+OBJECT, PALM_FRAME = "object", "palm_frame"
+
+FINGER_SERVOS, JOINT_SERVOS = 1, 2
+"""Actuator groups: a controller switches the other one off."""
+
+CARRIAGE_MASS, CARRIAGE_FREQUENCY = 1e3, 50.0
+"""Heavy enough for the palm to go where it is told, whatever the fingers push: [kg], [rad/s]."""
+JOINT_ARMATURE, JOINT_DAMPING = 2e-3, 0.02
+"""Of the drives, which the description of a hand leaves out: [kg m^2], [N m s/rad]."""
+CONDIM, SOLREF, SOLIMP = 4, [0.005, 1], [0.9, 0.95, 0.001, 0.5, 2]
+"""Contacts pass sliding and torsional friction; stiff, since a soft one lets a held object creep."""
+
+_FOUND_FORCE_POSITION, _DISTANCE = 1 | 2 | 16, 8  # data of a contact sensor
+_LEAST_DISTANCE, _NET_FORCE = 1, 3  # its ways to reduce many contacts to one
+
+
+def finger_chains(spec: Any, hand: Hand) -> list[list[str]]:
+    """Names of each finger's bodies from the palm outwards, the palm left out."""
+    chains = []
+    for finger in hand.fingers:
+        chain: list[str] = []
+        body = spec.site(f"{finger.name}_pad").parent
+        while body.name != hand.palm:
+            chain.insert(0, body.name)
+            body = body.parent
+        chains.append(chain)
+    return chains
+
+
+def mount_hand(spec: Any, hand: Hand, chains: list[list[str]]) -> None:
+    """The palm on slides (their axes are set with the grasp), grip sites on the fingers, contacts as they shall be."""
+    palm = spec.body(hand.palm)
+    for axis in "xyz":
+        palm.add_joint(name=f"carriage_{axis}", type=mujoco.mjtJoint.mjJNT_SLIDE, armature=CARRIAGE_MASS)
+    palm.add_site(name=PALM_FRAME)
+    for finger, chain in zip(hand.fingers, chains, strict=True):
+        spec.body(chain[-1]).add_site(name=grip_site(finger.name), pos=[0.01, 0, 0])  # moved with the grasp
+        # Neighbours overlap at their joint; what lies two joints apart may.
+        for first, second in combinations([hand.palm, *chain], 2):
+            if first != hand.palm or second in chain[:2]:
+                spec.add_exclude(bodyname1=first, bodyname2=second)
+    for body in [hand.palm, *(name for chain in chains for name in chain)]:
+        spec.body(body).gravcomp = 1
+        for geom in spec.body(body).geoms:
+            geom.condim, geom.priority, geom.solref, geom.solimp = CONDIM, 1, SOLREF, SOLIMP
+
+
+def drive_hand(spec: Any, hand: Hand) -> None:
+    """Torque-limited joints with gravity compensation, and the actuators of every controller."""
+    for name, limit in zip(hand.joint_names, hand.torque_limits, strict=True):
+        joint = spec.joint(name)
+        joint.armature, joint.damping[0] = JOINT_ARMATURE, JOINT_DAMPING
+        joint.actfrclimited, joint.actfrcrange, joint.actgravcomp = 1, [-limit, limit], 1
+        _add_servo(spec, servo_name(name), mujoco.mjtTrn.mjTRN_JOINT, name, JOINT_SERVOS)
+    for axis, gear in zip("xyz", np.eye(3, 6), strict=True):
+        stiffness = CARRIAGE_MASS * CARRIAGE_FREQUENCY**2
+        servo = _add_servo(spec, f"carriage_{axis}", mujoco.mjtTrn.mjTRN_JOINT, f"carriage_{axis}", 0)
+        servo.gainprm[0], servo.biasprm[1] = stiffness, -stiffness
+        servo.biasprm[2] = -2 * CARRIAGE_MASS * CARRIAGE_FREQUENCY
+        for finger in hand.fingers:
+            target = grip_site(finger.name)
+            servo = _add_servo(spec, f"{finger.name}_{axis}", mujoco.mjtTrn.mjTRN_SITE, target, FINGER_SERVOS)
+            servo.refsite, servo.gear = PALM_FRAME, gear
+    for a, b in combinations(hand.fingers, 2):
+        tendon = spec.add_tendon(name=pair_name(a.name, b.name))
+        tendon.wrap_site(grip_site(a.name))
+        tendon.wrap_site(grip_site(b.name))
+        pull = _add_servo(spec, tendon.name, mujoco.mjtTrn.mjTRN_TENDON, tendon.name, FINGER_SERVOS)
+        pull.gaintype, pull.gainprm[1] = mujoco.mjtGain.mjGAIN_AFFINE, -1  # control [N/m] times length
+
+
+def add_object(spec: Any, pieces: ConvexPieces) -> None:
+    """A free body of convex pieces; its mass is set with the grasp."""
+    body = spec.worldbody.add_body(name=OBJECT, mass=1.0, inertia=[1, 1, 1], explicitinertial=True)
+    body.simple = 0  # its centre of mass is set later
+    body.add_freejoint(name=OBJECT)
+    for number, (vertices, faces) in enumerate(pieces.pieces):
+        spec.add_mesh(
+            name=f"piece{number}",
+            uservert=vertices.ravel(),
+            userface=faces.ravel(),
+            inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL,  # not used, and never refused
+        )
+        body.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=f"piece{number}", mass=0, condim=CONDIM)
+
+
+def add_sensors(spec: Any, hand: Hand, chains: list[list[str]]) -> None:
+    """Per finger and for the palm what touches the object: found, force (3), position (3); then depth and torques."""
+    subtree, alone = mujoco.mjtObj.mjOBJ_XBODY, mujoco.mjtObj.mjOBJ_BODY
+    for name, part in [*((chain[0], subtree) for chain in chains), (hand.palm, alone)]:
+        _add_contact_sensor(spec, name, part, [_FOUND_FORCE_POSITION, _NET_FORCE, 1])
+    _add_contact_sensor(spec, hand.palm, subtree, [_DISTANCE, _LEAST_DISTANCE, 1])
+    for name in hand.joint_names:
+        spec.add_sensor(type=mujoco.mjtSensor.mjSENS_JOINTACTFRC, objtype=mujoco.mjtObj.mjOBJ_JOINT, objname=name)
+
+
+def grip_site(finger: str) -> str:
+    """Name of the site where a finger touches in a planned grasp."""
+    return f"{finger}_grip"
+
+
+def pair_name(first: str, second: str) -> str:
+    """Name of the virtual spring between two fingertips."""
+    return f"{first}_to_{second}"
+
+
+def servo_name(joint: str) -> str:
+    """Name of a joint's position servo."""
+    return f"{joint}_servo"
+
+
+def _add_contact_sensor(spec: Any, name: str, part: Any, parameters: list[int]) -> None:
+    spec.add_sensor(
+        type=mujoco.mjtSensor.mjSENS_CONTACT,
+        objtype=part,
+        objname=name,
+        reftype=mujoco.mjtObj.mjOBJ_BODY,
+        refname=OBJECT,
+        intprm=parameters,
+    )
+
+
+def _add_servo(spec: Any, name: str, transmission: Any, target: str, group: int) -> Any:
+    return spec.add_actuator(
+        name=name,
+        trntype=transmission,
+        target=target,
+        group=group,
+        gaintype=mujoco.mjtGain.mjGAIN_FIXED,
+        biastype=mujoco.mjtBias.mjBIAS_AFFINE,
+        gainprm=np.zeros(10),
+        biasprm=np.zeros(10),
+    )

@@ -1,0 +1,177 @@
+"""Verify one grasp: place it, squeeze, do what the protocol says, judge."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from threading import local
+from time import perf_counter
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from fingersplit.errors import SettingsError
+from fingersplit.grasp import Grasp
+from fingersplit.hands.hand import Hand
+from fingersplit.objects.convex_pieces import ConvexPieces
+from fingersplit.objects.model import ObjectModel
+from fingersplit.verification.controllers import Controller, load_controller
+from fingersplit.verification.grip import Grip, GripProblem, least_grip
+from fingersplit.verification.judging import film, judge_branch, measure_phase
+from fingersplit.verification.protocol import Phase, Protocol
+from fingersplit.verification.protocols import load_protocol
+from fingersplit.verification.report import BranchReport, PhaseReport, Reason, Simulation, Verification
+from fingersplit.verification.scene import Scene
+from fingersplit.verification.simulation import run_branches, run_squeeze
+
+__all__ = ["verify"]
+
+SIMULATOR = f"MuJoCo {mujoco.__version__}"
+SCENES_KEPT = 4
+
+
+def verify(
+    grasp: Grasp,
+    hand: Hand,
+    model: ObjectModel,
+    pieces: ConvexPieces,
+    protocol: str | Protocol = "lift",
+    *,
+    friction: float | Sequence[float] = 0.6,
+    mass: float | None = None,
+    controller: str | Controller = "virtual_frame",
+    threads: int = 1,
+) -> Verification:
+    """Simulate a grasp and judge it: the same arguments give the same verdict and the same numbers.
+
+    Args:
+        grasp: The grasp; what it says of contacts, normals and fingertips is believed for the grip force only.
+        hand: Its hand.
+        model: The object: centre of mass, and inertia at even density.
+        pieces: The same object as the simulation collides it, from ``decompose``.
+        protocol: Name of a preset, or a protocol with numbers of one's own.
+        friction: Sliding friction between hand and object, one number or one a finger.
+        mass: Mass of the object [kg]; None for ``model.mass``. A protocol that sets a mass overrules both.
+        controller: ``"virtual_frame"``, ``"squeeze"``, or one with numbers of one's own.
+        threads: Branches simulated at a time.
+
+    Raises:
+        SettingsError: An unknown protocol or controller, or a friction or mass that is not positive and finite.
+    """
+    began = perf_counter()
+    protocol = load_protocol(protocol) if isinstance(protocol, str) else protocol
+    controller = load_controller(controller) if isinstance(controller, str) else controller
+    sliding = np.broadcast_to(np.asarray(friction, np.float64), len(hand.fingers))
+    if not (np.isfinite(sliding).all() and sliding.min() >= 0.0):
+        raise SettingsError(f"friction is {friction!r}; give numbers of at least 0, one or one a finger.")
+    mass = protocol.mass or mass or model.mass
+    if not (np.isfinite(mass) and mass > 0.0):
+        raise SettingsError(f"mass is {mass!r}; it must be above 0 [kg].")
+    scene = _scenes.get(hand, pieces)
+    scene.set_object(mass, model.center_of_mass, mass / model.mass * model.inertia)
+    scene.set_friction(protocol.friction_scale * sliding, protocol.torsional_friction)
+    scene.model.opt.timestep = protocol.time_step
+    scene.place(grasp)
+    penetration = float(scene.penetrations().max())
+    relied_on = controller.friction_margin * protocol.friction_scale * float(sliding.min())
+    loads = controller.load_margin * mass * _loads(protocol)
+    grip = least_grip(
+        GripProblem(
+            grasp.contacts,
+            grasp.normals,
+            scene.finger_jacobians(),
+            hand.torque_limits,
+            model.center_of_mass,
+            relied_on,
+            loads,
+        )
+    )
+    if penetration > protocol.largest_initial_penetration:
+        outcome = _Outcome("initial_penetration")
+    else:
+        outcome = _simulate(scene, grasp, protocol, controller, grip, threads)
+    return Verification(
+        protocol=protocol.name,
+        reason=outcome.reason,
+        simulator=SIMULATOR,
+        settings={
+            "protocol": protocol.to_document(),
+            "controller": controller.to_document(),
+            "friction": sliding.tolist(),
+            "mass": mass,
+            "center_of_mass": model.center_of_mass.tolist(),
+            "pieces": {"count": len(pieces.pieces), "method": pieces.method},
+            "torque_limits": hand.named(hand.torque_limits),
+            "solver": scene.solver_document(),
+        },
+        initial_penetration=penetration,
+        grip_forces=grip.forces,
+        grip_violation=grip.violation,
+        squeeze=outcome.squeeze,
+        branches=outcome.branches,
+        simulation=outcome.simulation,
+        seconds=perf_counter() - began,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Outcome:
+    reason: Reason
+    squeeze: PhaseReport | None = None
+    branches: tuple[BranchReport, ...] = ()
+    simulation: Simulation | None = None
+
+
+def _simulate(
+    scene: Scene, grasp: Grasp, protocol: Protocol, controller: Controller, grip: Grip, threads: int
+) -> _Outcome:
+    """Squeeze, run every branch, judge."""
+    squeeze = run_squeeze(scene, controller, grip, protocol.squeeze_time, grasp.normals)
+    if not squeeze.stable:
+        return _Outcome("unstable_simulation")
+    mass, center = float(scene.model.body_mass[scene.object_body]), scene.model.body_ipos[scene.object_body].copy()
+    squeezed = measure_phase(scene.hand, "squeeze", squeeze, slice(0, len(squeeze.times)), center, np.zeros(3))
+    recordings = run_branches(scene, controller, protocol.branches, mass, threads)
+    pairs = list(zip(protocol.branches, recordings, strict=True))
+    reports = tuple(judge_branch(scene.hand, protocol, *pair, mass, center) for pair in pairs)
+    failures: list[Reason] = [branch.reason for branch in reports if branch.reason != "held"]
+    reason = failures[0] if failures else "held"
+    return _Outcome(reason, squeezed, reports, film(grasp.object_from_palm, protocol.time_step, squeeze, pairs))
+
+
+def _loads(protocol: Protocol) -> NDArray[np.float64]:
+    """Forces on each kg of the object that the fingers must balance some time, none among them, (L, 3) [N/kg]."""
+    loads = [np.zeros(3)]
+    for branch in protocol.branches:
+        for phase in branch.phases:
+            steady = np.asarray(branch.gravity) + np.asarray(phase.pull)
+            loads += [steady - acceleration for acceleration in _extreme_accelerations(phase)]
+    return np.asarray(np.unique(np.round(loads, 6), axis=0))
+
+
+def _extreme_accelerations(phase: Phase) -> list[NDArray[np.float64]]:
+    """Largest palm accelerations of a phase both ways along each axis [m/s^2]; zero alone when it does not move."""
+    times = np.linspace(0.0, phase.duration, 201)
+    path = phase.motion(times)
+    acceleration = np.gradient(np.gradient(path, times, axis=0), times, axis=0)
+    extremes = [
+        acceleration[row, axis] * np.eye(3)[axis]
+        for axis in range(3)
+        for row in (acceleration[:, axis].argmin(), acceleration[:, axis].argmax())
+    ]
+    return [extreme for extreme in extremes if np.abs(extreme).max() > 1e-6] or [np.zeros(3)]
+
+
+@lru_cache(maxsize=SCENES_KEPT)
+def _compiled(hand: Hand, pieces: ConvexPieces) -> Scene:
+    return Scene.build(hand, pieces)
+
+
+class _Scenes(local):
+    """Each thread's own copies of the latest compiled scenes."""
+
+    def __init__(self) -> None:
+        self.get = lru_cache(maxsize=SCENES_KEPT)(lambda hand, pieces: _compiled(hand, pieces).copy())
+
+
+_scenes = _Scenes()
