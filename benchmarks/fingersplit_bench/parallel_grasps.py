@@ -1,6 +1,7 @@
-"""Section `parallel_grasps`, on every object: time of antipodal sampling and of surface fitting, and how often they succeed."""
+"""Section `parallel_grasps`, time of antipodal sampling and of surface fitting, and how often they succeed."""
 
 from collections.abc import Callable
+from functools import partial
 from statistics import median
 from time import perf_counter
 from typing import Any
@@ -39,7 +40,7 @@ def measure_parallel_grasps(name: str, load: Callable[[], Mesh], repeats: int) -
     sample_antipodal(prepare_object(mesh), 1, **_antipodal(1, 0))
     first_ms, first = _timed(lambda: sample_antipodal(model, 200, **_antipodal(1, 0)))
     fit_surfaces(model, 1, gripper=PadGripper(OPENING), friction=FRICTION, rng=np.random.default_rng(0))
-    fits = [_timed(lambda seed=seed: _fit(model, seed)) for seed in range(repeats)]
+    fits = [_timed(partial(_fit, model, seed)) for seed in range(repeats)]
     seats = surface_fits(model, 8 * FITS, PadGripper(OPENING), FRICTION, np.random.default_rng(0))[0]
     return {
         "object": name,
@@ -47,11 +48,11 @@ def measure_parallel_grasps(name: str, load: Callable[[], Mesh], repeats: int) -
         "grid_ms": median(_timed(lambda: bin_triangles(mesh))[0] for _ in range(repeats)),
         "first_200_ms": first_ms,
         "antipodal_200_ms": median(
-            _timed(lambda seed=seed: sample_antipodal(model, 200, **_antipodal(1, seed)))[0] for seed in range(repeats)
+            _timed(partial(sample_antipodal, model, 200, **_antipodal(1, seed)))[0] for seed in range(repeats)
         ),
         "antipodal_200": len(first),
         "antipodal_32x8_ms": median(
-            _timed(lambda seed=seed: sample_antipodal(model, 32, **_antipodal(8, seed)))[0] for seed in range(repeats)
+            _timed(partial(sample_antipodal, model, 32, **_antipodal(8, seed)))[0] for seed in range(repeats)
         ),
         "fitting_ms": median(ms for ms, _ in fits),
         "fitted": median(len(grasps) for _, grasps in fits),

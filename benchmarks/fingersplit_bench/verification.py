@@ -1,4 +1,4 @@
-"""Section `verification`: how many grasps hold in simulation, and how long that takes: each preset a column, split beside initial grasps."""
+"""Section `verification`: how many grasps hold in simulation, by preset, and how long that takes."""
 
 from collections.abc import Callable
 from dataclasses import replace

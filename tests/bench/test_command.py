@@ -38,17 +38,16 @@ def test_report_and_pictures_are_written(finished, folder):
     assert (finished.returncode, finished.stderr) == (0, "")
     text = (folder / "out" / "report.md").read_text()
     assert text in finished.stdout
-    for heading in (
-        "## Figures",
-        "Table I",
-        "Table II",
-        "Table III",
+    titles = (
+        "Figures",
+        "Speed of the planner",
+        "Preparing objects",
         "Parallel grasps",
         "Verification",
-        "Beside published planners",
         "The JSON file",
-    ):
-        assert heading in text
+    )
+    for title in (*titles, "Table I:", "Table II:", "Table III:", "Beside published planners"):
+        assert f"# {title}" in text
     for picture in ("quality_profile.png", "metrics.png"):
         assert f"({picture})" in text
         assert imread(folder / "out" / picture).shape[0] > 200

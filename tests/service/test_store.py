@@ -18,6 +18,7 @@ OBJECT = ObjectInfo(
     volume=0.001,
     center_of_mass=(0, 0, 0),
     report=IntakeReport(
+        hole_perimeters=[],
         file_type="off",
         unit="m",
         watertight=True,

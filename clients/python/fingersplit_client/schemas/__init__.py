@@ -23,12 +23,14 @@ from fingersplit_client.schemas.plan import (
 )
 from fingersplit_client.schemas.problem import InvalidField, Problem
 from fingersplit_client.schemas.resources import (
+    CloudReport,
     HandFinger,
     HandInfo,
     HandJoint,
     Health,
     IntakeReport,
     ObjectInfo,
+    ObjectOptions,
     Readiness,
 )
 from fingersplit_client.schemas.verification import (
@@ -41,6 +43,7 @@ from fingersplit_client.schemas.verification import (
 )
 
 __all__ = [
+    "CloudReport",
     "Contact",
     "Document",
     "Grasp",
@@ -60,6 +63,7 @@ __all__ = [
     "JobSummary",
     "Metrics",
     "ObjectInfo",
+    "ObjectOptions",
     "Palm",
     "ParallelGrasp",
     "PlanResult",

@@ -7,7 +7,17 @@ from pydantic import Field
 
 from fingersplit_client.schemas.base import Document, Unit, Vector3
 
-__all__ = ["HandFinger", "HandInfo", "HandJoint", "Health", "IntakeReport", "ObjectInfo", "Readiness"]
+__all__ = [
+    "CloudReport",
+    "HandFinger",
+    "HandInfo",
+    "HandJoint",
+    "Health",
+    "IntakeReport",
+    "ObjectInfo",
+    "ObjectOptions",
+    "Readiness",
+]
 
 
 class IntakeReport(Document):
@@ -24,12 +34,43 @@ class IntakeReport(Document):
     degenerate_faces: int = Field(description="Triangles dropped because they have no area.")
     duplicate_faces: int = Field(description="Triangles dropped because another has the same corners.")
     flipped_faces: int = Field(description="Triangles turned so that their normals point out of the object.")
-    components: int = Field(description="Separate parts of the surface.")
+    components: int = Field(description="Separate parts left.")
+    inner_parts: int = Field(description="Parts dropped because they lie inside another, such as walls of cavities.")
+    holes: int = Field(description="Holes in the surface, which are left open.")
+    hole_perimeters: list[float] = Field(description="Lengths of the ten longest rims of holes, longest first [m].")
     boundary_edges: int = Field(description="Edges of holes, with one triangle only.")
     nonmanifold_edges: int = Field(description="Edges that more than two triangles share.")
     watertight: bool = Field(description="Whether the surface is closed, with one outside.")
     area: float = Field(description="Surface area [m^2].")
     volume: float | None = Field(description="Enclosed volume [m^3]; null where the surface is not closed.")
+
+
+class CloudReport(Document):
+    """What was found in the file of a point cloud."""
+
+    file_type: str = Field(description="Format that was read.")
+    unit: Unit = Field(description="Length unit the file was taken to be in.")
+    points_in_file: int = Field(description="Points found.")
+    points: int = Field(description="Points left.")
+    non_finite_points: int = Field(description="Points dropped because they are not numbers.")
+    repeated_points: int = Field(description="Points dropped because another is at the same place.")
+    outliers: int = Field(description="Points dropped because they stand far from all others.")
+    normals: bool = Field(description="Whether the file says where the surface faces.")
+    viewpoint: bool = Field(description="Whether it is known where the camera stood.")
+    spacing: float = Field(description="Typical distance of a point from the nearest other [m].")
+
+
+class ObjectOptions(Document):
+    """What is known of an object beside its shape, and how it is to be prepared; null means not known."""
+
+    density: float | None = Field(default=None, ge=1, le=25_000, description="Density, even over the object [kg/m^3].")
+    mass: float | None = Field(default=None, ge=1e-6, le=100, description="Mass, instead of a density [kg].")
+    friction: float | None = Field(
+        default=None, ge=0.01, le=5, description="Coulomb friction between its surface and pads."
+    )
+    fairing: float = Field(
+        default=0.0, ge=0, le=0.05, description="Waves of this length lose half their height by implicit fairing [m]."
+    )
 
 
 class ObjectInfo(Document):
@@ -41,7 +82,8 @@ class ObjectInfo(Document):
     extents: Vector3 = Field(description="Edge lengths of the axis-aligned bounding box, object frame [m].")
     volume: float = Field(description="Enclosed volume [m^3]; of the convex hull where the surface is open.")
     center_of_mass: Vector3 = Field(description="Centre of the volume at even density, object frame [m].")
-    report: IntakeReport = Field(description="What was found in the file and what was repaired.")
+    options: ObjectOptions = Field(default=ObjectOptions(), description="What was said of the object beside its shape.")
+    report: IntakeReport | CloudReport = Field(description="What was found in the file and what was repaired.")
     created_at: datetime = Field(description="When the object was first uploaded, UTC.")
 
 
