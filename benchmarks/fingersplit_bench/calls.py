@@ -6,9 +6,9 @@ import numpy as np
 
 from fingersplit.hands.hand import Hand
 from fingersplit.objects.model import ObjectModel
-from fingersplit.parallel_grasps.antipodal import sample_antipodal
+from fingersplit.parallel_grasps.grasp_set import ParallelGrasps
 from fingersplit.parallel_grasps.parallel_grasp import ParallelGrasp
-from fingersplit.parallel_grasps.sources import APPROACHES
+from fingersplit.parallel_grasps.sources import find_parallel_grasps
 from fingersplit.plan import Plan
 from fingersplit.planning import plan
 from fingersplit.splitting.run import Run
@@ -54,13 +54,13 @@ def warm_up(model: ObjectModel, hand: Hand) -> None:
         plan_once(model, hand, fidelity=fidelity, starts=2)
 
 
-def antipodal_grasps(model: ObjectModel, hand: Hand, pairs: int) -> Sequence[ParallelGrasp]:
-    """Parallel grasps as ``plan`` finds them, from ``pairs`` pairs of contacts."""
-    return sample_antipodal(
+def antipodal_grasps(model: ObjectModel, hand: Hand, starts: int) -> ParallelGrasps:
+    """Parallel grasps as ``plan`` finds them for so many starts."""
+    return find_parallel_grasps(
         model,
-        pairs,
+        starts,
+        source="antipodal",
         friction=PlannerSettings().friction,
         opening=hand.gripper.opening,
-        approaches=APPROACHES,
         rng=np.random.default_rng(SEED),
     )

@@ -74,4 +74,4 @@ def cases_of(bench: Bench) -> list[tuple[Case, str]]:
 def parallel_grasps_of(bench: Bench, case: Case, object_name: str) -> list[ParallelGrasp]:
     """Antipodal grasps of the object that come from the case's side."""
     model = bench.model(object_name)
-    return [grasp for grasp in antipodal_grasps(model, bench.hand, bench.starts) if case.comes_from(grasp)]
+    return [grasp for grasp in antipodal_grasps(model, bench.hand, 2 * bench.starts) if case.comes_from(grasp)]

@@ -190,7 +190,7 @@ def _text(rows: list[dict[str, Any]], profiles: list[dict[str, NDArray[np.float6
             "### Table II: time by stage",
             table_two(rows),
             "Medians over the successful runs of a case, their mean over the cases; totals add them up. The total "
-            "of a run also holds the last pull to the surface and the check against the triangles, which the stages do not.",
+            "of a run also holds the last pull to the surface and the check against the triangles; stages do not.",
             "### Quality during one splitting",
             "![Quality against iteration](quality_profile.png)",
             "The feasible run of the case whose Q rises most at paper fidelity, and the run from the same start at "

@@ -11,6 +11,9 @@ SECTIONS = {
     "planner": "fingersplit_bench.planner:measure_planner",
     "paper": "fingersplit_bench.paper:measure_paper",
     "ipopt": "fingersplit_bench.ipopt.section:measure_ipopt",
+    "objects": "fingersplit_bench.objects_report:objects_chapter",
+    "parallel_grasps": "fingersplit_bench.parallel_grasps:parallel_grasps_chapter",
+    "verification": "fingersplit_bench.verification:verification_chapter",
 }
 """Name of each section and its function from ``Bench`` to ``Chapter``, in the order of the report."""
 

@@ -159,8 +159,8 @@ def _text(rows: list[dict[str, Any]], starts: int) -> str:
             "distance on a grid, so it is smooth and rounds off what is finer than the grid. Exact first and second "
             f"derivatives (CasADi), IPOPT with MUMPS, at most {MAX_ITERATIONS} iterations. Both sides start from the "
             f"same mapped grasps, up to {starts} a case; times are CPU times for IPOPT and wall times for us, so that "
-            "a busy machine does not count against IPOPT. Like problem (1) in the paper, the program knows no collision "
-            "and no pad angle; `feasible` is our own measure of the answer, with both, against the triangles.",
+            "a busy machine does not count against IPOPT. Like problem (1) in the paper, the program knows no "
+            "collision and no pad angle; `feasible` is our own measure of the answer, with both, on the triangles.",
             "### Table III: time and final quality",
             table_three(rows),
             "Q is the median over all starts, feasible or not, at the points that the pads touch; a higher Q of a "

@@ -1,6 +1,6 @@
-"""Objects: time to read, prepare and load them, and how exact the nearest point and its normal are.
+"""Section `objects`: time to read, prepare and load them, and how exact the nearest point and its normal are.
 
-``python -m benchmarks.objects_report [MESH ...]``, with the peak memory of the meshes that are named.
+``python -m fingersplit_bench.objects_report [MESH ...]`` prints it alone, and the peak memory of named meshes.
 """
 
 import subprocess
@@ -21,11 +21,25 @@ from fingersplit.objects.mesh import Mesh
 from fingersplit.objects.model import ObjectModel, prepare_object
 from fingersplit.objects.options import ObjectOptions
 from fingersplit.objects.surface import closest, touch
+from fingersplit_bench.objects import benchmark_objects
+from fingersplit_bench.suite import Bench, Chapter
+
+__all__ = ["main", "measure_preparation", "nearest_errors", "objects_chapter", "objects_table", "peak_memory"]
 
 QUERIES = 2_000
 HEIGHTS = (0.2e-3, 15e-3)
 """Between these, queries stand off the surface [m]: where fingertips are."""
 PERCENTILES = (50, 95, 99, 100)
+
+
+def objects_chapter(bench: Bench) -> Chapter:
+    """Measure every object."""
+    rows = []
+    for name, load in bench.objects.items():
+        bench.note(f"reading and preparing {name}")
+        rows.append(measure_preparation(name, load, bench.repeats))
+    text = f"{objects_table(rows)}\n\nErrors are percentiles 50 / 95 / 99 / 100, against the triangles."
+    return Chapter("Preparing objects", text, data={"objects": rows})
 
 
 def measure_preparation(name: str, load: Callable[[], Mesh], repeats: int) -> dict[str, Any]:

@@ -1,6 +1,7 @@
-"""Parallel grasps on every object: time of antipodal sampling and of surface fitting, and how often they succeed."""
+"""Section `parallel_grasps`, time of antipodal sampling and of surface fitting, and how often they succeed."""
 
 from collections.abc import Callable
+from functools import partial
 from statistics import median
 from time import perf_counter
 from typing import Any
@@ -13,13 +14,23 @@ from fingersplit.objects.triangle_grid import bin_triangles
 from fingersplit.parallel_grasps.antipodal import sample_antipodal
 from fingersplit.parallel_grasps.grasp_set import ParallelGrasps
 from fingersplit.parallel_grasps.surface_fitting import PadGripper, fit_surfaces, surface_fits
+from fingersplit_bench.suite import Bench, Chapter
 
-__all__ = ["measure_parallel_grasps", "table_parallel_grasps"]
+__all__ = ["measure_parallel_grasps", "parallel_grasps_chapter", "table_parallel_grasps"]
 
 FRICTION = 0.6
 OPENING = (0.0, 0.2)
 FITS = 32
 """Grasps that one surface fitting is to find."""
+
+
+def parallel_grasps_chapter(bench: Bench) -> Chapter:
+    """Measure every object."""
+    rows = []
+    for name, load in bench.objects.items():
+        bench.note(f"parallel grasps of {name}")
+        rows.append(measure_parallel_grasps(name, load, bench.repeats))
+    return Chapter("Parallel grasps", table_parallel_grasps(rows), data={"objects": rows})
 
 
 def measure_parallel_grasps(name: str, load: Callable[[], Mesh], repeats: int) -> dict[str, Any]:
@@ -29,7 +40,7 @@ def measure_parallel_grasps(name: str, load: Callable[[], Mesh], repeats: int) -
     sample_antipodal(prepare_object(mesh), 1, **_antipodal(1, 0))
     first_ms, first = _timed(lambda: sample_antipodal(model, 200, **_antipodal(1, 0)))
     fit_surfaces(model, 1, gripper=PadGripper(OPENING), friction=FRICTION, rng=np.random.default_rng(0))
-    fits = [_timed(lambda seed=seed: _fit(model, seed)) for seed in range(repeats)]
+    fits = [_timed(partial(_fit, model, seed)) for seed in range(repeats)]
     seats = surface_fits(model, 8 * FITS, PadGripper(OPENING), FRICTION, np.random.default_rng(0))[0]
     return {
         "object": name,
@@ -37,11 +48,11 @@ def measure_parallel_grasps(name: str, load: Callable[[], Mesh], repeats: int) -
         "grid_ms": median(_timed(lambda: bin_triangles(mesh))[0] for _ in range(repeats)),
         "first_200_ms": first_ms,
         "antipodal_200_ms": median(
-            _timed(lambda seed=seed: sample_antipodal(model, 200, **_antipodal(1, seed)))[0] for seed in range(repeats)
+            _timed(partial(sample_antipodal, model, 200, **_antipodal(1, seed)))[0] for seed in range(repeats)
         ),
         "antipodal_200": len(first),
         "antipodal_32x8_ms": median(
-            _timed(lambda seed=seed: sample_antipodal(model, 32, **_antipodal(8, seed)))[0] for seed in range(repeats)
+            _timed(partial(sample_antipodal, model, 32, **_antipodal(8, seed)))[0] for seed in range(repeats)
         ),
         "fitting_ms": median(ms for ms, _ in fits),
         "fitted": median(len(grasps) for _, grasps in fits),
