@@ -21,7 +21,7 @@ from fingersplit_service.jobs.tasks import Tasks
 from fingersplit_service.openapi import DESCRIPTION, TAGS, describe
 from fingersplit_service.operations.metrics import Metrics
 from fingersplit_service.problems import add_problem_handlers
-from fingersplit_service.review import pages, viewer, views
+from fingersplit_service.review import exports, pages, viewer, views
 from fingersplit_service.runtime import running
 from fingersplit_service.security.body_limit import BodyLimit
 from fingersplit_service.security.guard import Guard
@@ -61,7 +61,7 @@ def create_app(settings: ServiceSettings | None = None, tasks: Tasks | None = No
         lifespan=lifespan,
         redoc_url=None,
     )
-    for resource in (objects, parallel_grasps, jobs, grasps, views, events, batches, hands, sessions, health):
+    for resource in (objects, parallel_grasps, jobs, grasps, views, exports, events, batches, hands, sessions, health):
         app.include_router(resource.router)
     for part in (pages, viewer):
         app.include_router(part.router)

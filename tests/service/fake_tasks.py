@@ -11,7 +11,15 @@ from pathlib import Path
 from typing import Any
 
 from fingersplit_service.database.queue import Finding
-from fingersplit_service.jobs.tasks import JobOrder, JobOutcome, Tasks, ViewOrder, Warmth, export_mesh, inspect_object
+from fingersplit_service.jobs.tasks import (
+    JobOrder,
+    JobOutcome,
+    Tasks,
+    Warmth,
+    export_mesh,
+    inspect_object,
+)
+from fingersplit_service.jobs.views import ExportedFile, ViewOrder
 from fingersplit_service.jobs.worker import report_progress
 from fingersplit_service.storage import Storage
 
@@ -84,7 +92,14 @@ def draw(storage: Storage, order: ViewOrder) -> None:
         staged.write_bytes(PICTURE + bytes([order.rank]) if order.name == "picture.png" else order.name.encode())
 
 
-TASKS = Tasks(warm=warm, inspect=inspect_object, generate=generate, plan=plan, draw=draw, export=export_mesh)
+def convert(result: str, format_name: str, rank: int | None) -> ExportedFile:
+    assert json.loads(result)["grasps"]
+    return ExportedFile(json.dumps({"format": format_name, "rank": rank}).encode(), ".json", "application/json")
+
+
+TASKS = Tasks(
+    warm=warm, inspect=inspect_object, generate=generate, plan=plan, draw=draw, export=export_mesh, convert=convert
+)
 
 
 def result_document(object_id: str, object_name: str, asked: dict[str, Any]) -> dict[str, Any]:

@@ -4,12 +4,15 @@ import gzip
 import re
 import subprocess
 import sys
+from typing import get_args
 
 import numpy as np
 import pytest
 from fake_tasks import FINE, NO_GRASP, WAITS
 
+from fingersplit.exchange import EXPORT_FORMATS
 from fingersplit_client.schemas import GraspCurve, Problem
+from fingersplit_service.review.exports import FormatName
 
 pytestmark = pytest.mark.anyio
 
@@ -167,3 +170,14 @@ async def test_runs_are_found_by_a_part_of_the_objects_name(api):
 def test_the_service_itself_loads_no_rerun():
     code = "import sys, fingersplit_service.app; sys.exit('rerun' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False, timeout=60).returncode == 0
+
+
+async def test_results_are_exported_in_every_format(api):
+    assert set(get_args(FormatName)) == set(EXPORT_FORMATS)
+    job_id = await api.queue(FINE)
+    await api.ended(job_id)
+    exported = await api.http.get(f"/v1/jobs/{job_id}/export/moveit", params={"rank": 1})
+    assert (exported.status_code, exported.json()) == (200, {"format": "moveit", "rank": 1})
+    assert exported.headers["content-disposition"] == f'attachment; filename="{job_id}-moveit.json"'
+    assert (await api.http.get(f"/v1/jobs/{job_id}/export/pickle")).status_code == 422
+    assert (await api.http.get("/v1/jobs/nothing/export/moveit")).status_code == 404

@@ -9,21 +9,21 @@ import importlib.util
 import json
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 from fingersplit.errors import FingersplitError
 from fingersplit_service.database.queue import Finding
+from fingersplit_service.jobs.stored_objects import prepared_object, stored_mesh
+from fingersplit_service.jobs.views import ExportedFile, ViewOrder, convert_result, draw_view
 from fingersplit_service.jobs.worker import report_progress
 from fingersplit_service.storage import Storage
 
 if TYPE_CHECKING:
-    from fingersplit.objects.mesh import Mesh
-    from fingersplit.objects.model import ObjectModel
     from fingersplit.plan import Plan
 
 __all__ = [
+    "ConvertTask",
     "DrawTask",
     "ExportTask",
     "GenerateTask",
@@ -32,11 +32,8 @@ __all__ = [
     "JobOutcome",
     "PlanTask",
     "Tasks",
-    "ViewName",
-    "ViewOrder",
     "WarmTask",
     "Warmth",
-    "draw_view",
     "export_mesh",
     "generate_parallel_grasps",
     "inspect_object",
@@ -44,7 +41,6 @@ __all__ = [
     "warm",
 ]
 
-_PREPARED_OBJECTS = 8  # kept ready by each worker
 _SHARE_OF_DEADLINE = 0.8  # for verifying, so that what was planned is still kept before the worker is killed
 
 
@@ -65,22 +61,6 @@ class JobOrder:
     object_name: str
     request: str
     deadline_s: float
-
-
-ViewName = Literal["picture.png", "thumbnail.webp", "animation.webp", "recording.rrd"]
-"""What can be made of a grasp for people to look at."""
-
-
-@dataclass(frozen=True)
-class ViewOrder:
-    """A view of one grasp for a worker to make; the friction coefficient is that of the planner."""
-
-    name: ViewName
-    job_id: str
-    rank: int
-    object_id: str
-    object_name: str
-    friction: float
 
 
 @dataclass(frozen=True)
@@ -148,10 +128,10 @@ def generate_parallel_grasps(
 
     from fingersplit.hands.hand import load_hand
     from fingersplit.parallel_grasps.antipodal import sample_antipodal
-    from fingersplit.planning import APPROACHES
+    from fingersplit.parallel_grasps.sources import APPROACHES
 
     grasps = sample_antipodal(
-        _prepared_object(storage, object_id, object_id),
+        prepared_object(storage, object_id, object_id),
         count,
         friction=friction,
         opening=load_hand(hand).gripper.opening,
@@ -172,7 +152,7 @@ def plan_job(storage: Storage, order: JobOrder) -> JobOutcome:
     report_progress("preparing", 0.0)
     grasps = asked["parallel_grasps"]
     planned = plan(
-        _prepared_object(storage, order.object_id, order.object_name),
+        prepared_object(storage, order.object_id, order.object_name),
         load_hand(asked["hand"]),
         None if grasps is None else [ParallelGrasp.from_document(grasp) for grasp in grasps],
         starts=asked["starts"],
@@ -235,40 +215,7 @@ def keep_recording(storage: Storage, job_id: str, planned: "Plan") -> list[str]:
 def export_mesh(storage: Storage, object_id: str, file_type: str) -> None:
     """Write an object's checked mesh, in metres, as a file of a common format."""
     with storage.atomic(storage.mesh_export(object_id, file_type)) as staged:
-        _mesh(storage, object_id).trimesh.export(staged, file_type=file_type)
-
-
-def draw_view(storage: Storage, order: ViewOrder) -> None:
-    """Make what somebody wants to look at out of the traces that a job kept."""
-    from fingersplit.recording import stored
-
-    mesh, traces = _mesh(storage, order.object_id), storage.traces(order.job_id)
-    with storage.atomic(storage.view(order.job_id, order.rank, order.name), durable=False) as staged:
-        if order.name == "picture.png":
-            stored.draw_stored(traces, mesh, order.rank, staged)
-        elif order.name == "thumbnail.webp":
-            stored.thumbnail_stored(traces, mesh, order.rank, staged)
-        elif order.name == "animation.webp":
-            stored.animate_stored(traces, mesh, order.rank, staged)
-        else:
-            model = _prepared_object(storage, order.object_id, order.object_name)
-            stored.record_stored(traces, model, order.rank, staged, order.friction)
-
-
-def _mesh(storage: Storage, object_id: str) -> "Mesh":
-    import numpy as np
-
-    from fingersplit.objects.mesh import Mesh
-
-    with np.load(storage.mesh(object_id)) as arrays:
-        return Mesh(arrays["vertices"], arrays["faces"])
-
-
-@lru_cache(maxsize=_PREPARED_OBJECTS)
-def _prepared_object(storage: Storage, object_id: str, object_name: str) -> "ObjectModel":
-    from fingersplit.objects.model import prepare_object
-
-    return prepare_object(_mesh(storage, object_id), object_name)
+        stored_mesh(storage, object_id).trimesh.export(staged, file_type=file_type)
 
 
 WarmTask = Callable[[], Warmth]
@@ -276,6 +223,7 @@ InspectTask = Callable[[Storage, Path, str], dict[str, Any]]
 GenerateTask = Callable[[Storage, str, str, int, int, float], list[dict[str, Any]]]
 PlanTask = Callable[[Storage, JobOrder], JobOutcome]
 DrawTask = Callable[[Storage, ViewOrder], None]
+ConvertTask = Callable[[str, str, int | None], ExportedFile]
 ExportTask = Callable[[Storage, str, str], None]
 
 
@@ -289,3 +237,4 @@ class Tasks:
     plan: PlanTask = plan_job
     draw: DrawTask = draw_view
     export: ExportTask = export_mesh
+    convert: ConvertTask = convert_result

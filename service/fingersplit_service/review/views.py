@@ -16,7 +16,7 @@ from fingersplit.splitting.settings import PlannerSettings
 from fingersplit_client.schemas import GraspCurve
 from fingersplit_service.endpoints.documents import JobId, Rank, known_job
 from fingersplit_service.endpoints.grasps import job_grasp, job_grasps
-from fingersplit_service.jobs.tasks import ViewName, ViewOrder
+from fingersplit_service.jobs.views import ViewName, ViewOrder
 from fingersplit_service.openapi import problem_answers
 from fingersplit_service.problems import ProblemError, ProblemKind
 from fingersplit_service.runtime import Runtime, RuntimeDependency

@@ -56,6 +56,7 @@ export const links = {
   result: (id) => `/v1/jobs/${id}`,
   recording: (id, rank) => `/v1/jobs/${id}/grasps/${rank}/recording.rrd`,
   picture: (id, rank) => `/v1/jobs/${id}/grasps/${rank}/picture.png`,
+  exported: (id, format) => `/v1/jobs/${id}/export/${format}`,
   animation: (id, rank) => `/v1/jobs/${id}/grasps/${rank}/animation.webp`,
 };
 

@@ -6,6 +6,14 @@ import { card, facts, find, forgive, h, report, show } from "./dom.js";
 import { METRICS, duration, exact, number, sentence, standing, took, words } from "./format.js";
 import { invite } from "./recording.js";
 
+const FORMATS = {
+  isaac_grasp: "Isaac grasps",
+  moveit: "MoveIt, JSON",
+  moveit_yaml: "MoveIt, YAML",
+  dexgraspbench: "DexGraspBench",
+  multi_gripper_grasp: "MultiGripperGrasp",
+  dexgraspnet: "DexGraspNet",
+};
 const id = location.pathname.split("/").at(-1);
 const quality = h("div");
 const details = h("div");
@@ -187,7 +195,7 @@ function request(job) {
 }
 
 function offer(job, grasp) {
-  const link = (label, href, name) => h("li", {}, h("a", { class: "button quiet", href, download: name }, label));
+  const link = (label, href, name) => h("li", {}, h("a", { class: "button quiet", href, download: name || true }, label));
   const files = [link("Result, JSON", api.links.result(id), `${job.object_name}.json`)];
   if (grasp) {
     const name = `${job.object_name}-grasp-${grasp.rank}`;
@@ -196,6 +204,9 @@ function offer(job, grasp) {
       link("Picture, PNG", api.links.picture(id, grasp.rank), `${name}.png`),
       link("Moving picture, WebP", api.links.animation(id, grasp.rank), `${name}.webp`),
     );
+  }
+  if (job.result?.summary.feasible) {
+    files.push(...Object.entries(FORMATS).map(([format, label]) => link(label, api.links.exported(id, format), "")));
   }
   downloads.replaceChildren(...files);
 }
