@@ -15,10 +15,11 @@ from fingersplit_service.database.connection import Database, StorageUnavailable
 from fingersplit_service.database.jobs import IdempotencyConflict, JobFilter, JobStore, QueueFull, UnknownObject
 from fingersplit_service.database.keys import KeyStore, matches, split_key
 from fingersplit_service.database.objects import ObjectStore
-from fingersplit_service.database.queue import Finding, Queue
+from fingersplit_service.database.queue import Queue
 from fingersplit_service.database.rows import NewJob
 from fingersplit_service.database.schema import HEAD, schema_version
 from fingersplit_service.database.tables import metadata
+from fingersplit_service.findings import Finding
 from fingersplit_service.storage import Storage
 
 pytestmark = pytest.mark.anyio

@@ -7,7 +7,6 @@ is leased to one service process, which extends the lease while it lives.
 import json
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import sqlalchemy as sa
@@ -16,23 +15,12 @@ from fingersplit_client.schemas import JobError
 from fingersplit_service.database.connection import Database, Store, transaction
 from fingersplit_service.database.rows import JobRow, one_job
 from fingersplit_service.database.tables import jobs, results
+from fingersplit_service.findings import Finding
 
-__all__ = ["Finding", "Queue"]
+__all__ = ["Queue"]
 
 _MAX_WORKER_DEATHS = 2
 _MAX_ATTEMPTS = 10  # a job under which the whole service dies each time must not be taken up for ever
-
-
-@dataclass(frozen=True)
-class Finding:
-    """What a job found: the result document, JSON, its summary, and what went wrong beside it."""
-
-    result: str
-    grasps: int
-    feasible: int
-    verified: int
-    best_quality: float | None
-    warnings: Sequence[str] = ()
 
 
 class Queue(Store):

@@ -7,6 +7,7 @@ and starts fast. What goes in and comes out is plain and small; meshes and trace
 import importlib
 import importlib.util
 import json
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import lru_cache
@@ -14,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fingersplit.errors import FingersplitError
-from fingersplit_service.database.queue import Finding
+from fingersplit_service.findings import Finding
 from fingersplit_service.jobs.worker import report_progress
 from fingersplit_service.storage import Storage
 
@@ -76,18 +77,22 @@ class JobOutcome:
 
 def warm() -> Warmth:
     """Load the planner and all hands, and plan once so that the kernels are compiled."""
-    from fingersplit.compilation import kernel_cache_folder
     from fingersplit.hands.hand import available_hands, load_hand
     from fingersplit.warming import compile_kernels
 
-    def compiled() -> int:
-        return sum(1 for _ in kernel_cache_folder("fingersplit.splitting.finger_splitting").parent.rglob("*.nbc"))
-
-    before = compiled()
     hands = [load_hand(name) for name in available_hands()]
     for hand in hands:
         compile_kernels(hand)
-    return Warmth([hand.to_document() for hand in hands], compiled() != before)
+    return Warmth([hand.to_document() for hand in hands], _has_compiled())
+
+
+def _has_compiled() -> bool:
+    """Whether a kernel of the planner was not in the cache and had to be compiled in this process."""
+    from numba.core.dispatcher import Dispatcher
+
+    planner = [module for name, module in sys.modules.items() if name.startswith("fingersplit.")]
+    kernels = [value for module in planner for value in vars(module).values() if isinstance(value, Dispatcher)]
+    return any(kernel.stats.cache_misses for kernel in kernels)
 
 
 def inspect_object(storage: Storage, upload: Path, unit: str) -> dict[str, Any]:
