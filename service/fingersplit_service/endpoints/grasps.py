@@ -99,7 +99,7 @@ async def get_recording(runtime: RuntimeDependency, principal: Reader, job_id: J
     path = runtime.storage.recording(job_id, rank)
     if not path.exists():
         raise ProblemError(ProblemKind.NOT_FOUND, f"No recording of grasp {rank} of job {job_id} is kept.")
-    return _RecordingResponse(path)
+    return _RecordingResponse(path, media_type=_RecordingResponse.media_type)
 
 
 async def _grasps(runtime: Runtime, principal: Principal, job_id: str) -> list[dict[str, Any]]:

@@ -131,7 +131,7 @@ async def get_mesh(
     if not path.exists():
         deadline = runtime.settings.picture_deadline_s
         await runtime.engine.answer(runtime.tasks.export, runtime.storage, object_id, file_type, deadline_s=deadline)
-    return _MeshResponse(path, filename=path.name)
+    return _MeshResponse(path, filename=path.name, media_type=_MeshResponse.media_type)
 
 
 @router.delete(
