@@ -106,7 +106,7 @@ class Plan:
             arrays[f"{grasp.rank}/title"] = np.array(
                 f"{self.model.name}, {self.hand.name} hand, rank {grasp.rank}: {verdict}, {end}"
             )
-        np.savez_compressed(path, hand=np.array(self.hand.name), allow_pickle=False, **arrays)
+        np.savez(path, hand=np.array(self.hand.name), allow_pickle=False, **arrays)
 
     def to_document(self) -> dict[str, Any]:
         """The result document: plain JSON data, SI units, object frame, quaternions wxyz.
