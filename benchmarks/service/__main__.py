@@ -36,7 +36,10 @@ def main() -> None:
         for section in sections:
             if section not in figures:
                 figures[section] = measure(section, server, arguments)
-            print(f"{section}: " + ", ".join(f"{name} {value:.4g}" for name, value in figures[section].items()))
+            print(
+                f"{section}: " + ", ".join(f"{name} {value:.4g}" for name, value in figures[section].items()),
+                flush=True,
+            )
     arguments.report.mkdir(parents=True, exist_ok=True)
     (arguments.report / "service.json").write_text(json.dumps(figures, indent=2) + "\n")
     rows = [f"| {part} | {name} | {value:.4g} |" for part, one in figures.items() for name, value in one.items()]

@@ -76,7 +76,17 @@ class ObjectStore(Store):
     @accepting
     def remove(self, connection: sa.Connection, owner: str, object_id: str) -> Removal:
         """Delete an object and its parallel grasps, unless unfinished jobs need it."""
-        return remove_object(connection, owner, object_id)
+        unfinished = connection.execute(
+            sa.select(sa.func.count())
+            .select_from(jobs)
+            .where(jobs.c.owner == owner, jobs.c.object_id == object_id, jobs.c.state.in_(("queued", "running")))
+        ).scalar_one()
+        if unfinished:
+            return Removal(found=True, unfinished=unfinished)
+        found = connection.execute(sa.delete(objects).where(_is(owner, object_id))).rowcount == 1
+        connection.execute(sa.delete(parallel_grasp_sets).where(_has_grasps(owner, object_id)))
+        others = connection.execute(sa.select(objects.c.id).where(objects.c.id == object_id).limit(1)).scalar()
+        return Removal(found=found, last=found and others is None)
 
     @transaction
     def unused_since(self, connection: sa.Connection, moment: float, limit: int) -> Sequence[tuple[str, str]]:
@@ -115,21 +125,6 @@ class ObjectStore(Store):
         """Delete a set; False when there is none."""
         which = _has_grasps(owner, object_id) & (parallel_grasp_sets.c.id == set_id)
         return connection.execute(sa.delete(parallel_grasp_sets).where(which)).rowcount == 1
-
-
-def remove_object(connection: sa.Connection, owner: str, object_id: str) -> Removal:
-    """Delete an object within a transaction; see `ObjectStore.remove`."""
-    unfinished = connection.execute(
-        sa.select(sa.func.count())
-        .select_from(jobs)
-        .where(jobs.c.owner == owner, jobs.c.object_id == object_id, jobs.c.state.in_(("queued", "running")))
-    ).scalar_one()
-    if unfinished:
-        return Removal(found=True, unfinished=unfinished)
-    found = connection.execute(sa.delete(objects).where(_is(owner, object_id))).rowcount == 1
-    connection.execute(sa.delete(parallel_grasp_sets).where(_has_grasps(owner, object_id)))
-    others = connection.execute(sa.select(objects.c.id).where(objects.c.id == object_id).limit(1)).scalar()
-    return Removal(found=found, last=found and others is None)
 
 
 def _is(owner: str, object_id: str) -> sa.ColumnElement[bool]:

@@ -39,7 +39,9 @@ __all__ = [
     "export_mesh",
     "generate_parallel_grasps",
     "inspect_object",
+    "keep_recording",
     "plan_job",
+    "verify_plan",
     "warm",
 ]
 
