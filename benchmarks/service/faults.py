@@ -13,7 +13,7 @@ from fingersplit_client import ApiError, Client, JobCreate, ServiceUnreachable
 
 __all__ = ["measure_cancel", "measure_delay", "survive_kills"]
 
-_BUSY = 4096  # starts of a job that is in compiled code for long
+_BUSY = 4096  # starts of a job that keeps compiled code busy for long
 
 
 def survive_kills(server: Server, object_id: str, jobs: int, kills: int, seed: int) -> dict[str, float]:
@@ -66,7 +66,7 @@ def measure_cancel(server: Server, object_id: str, repeats: int) -> dict[str, fl
     with Client(server.url) as client:
         for _ in range(repeats):
             job = client.create_job(JobCreate(object_id=object_id, starts=_BUSY))
-            while client.get_job(job.id).stage != "splitting":
+            while client.get_job(job.id).stage not in ("mapping", "splitting"):
                 time.sleep(0.02)
             time.sleep(0.1)
             busy = max(server.workers(), key=_recent_processor_time)

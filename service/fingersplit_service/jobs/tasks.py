@@ -8,6 +8,7 @@ import importlib
 import importlib.util
 import json
 import sys
+import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import lru_cache
@@ -46,7 +47,7 @@ __all__ = [
 ]
 
 _PREPARED_OBJECTS = 8  # kept ready by each worker
-_SHARE_OF_DEADLINE = 0.8  # for verifying, so that what was planned is still kept before the worker is killed
+_SHARE_OF_DEADLINE = 0.8  # after which nothing more is verified, so that the worker is not killed with its results
 
 
 @dataclass(frozen=True)
@@ -158,6 +159,7 @@ def plan_job(storage: Storage, order: JobOrder) -> JobOutcome:
     from fingersplit.splitting.settings import PlannerSettings
 
     asked = json.loads(order.request)
+    time_to_verify = time.monotonic() + _SHARE_OF_DEADLINE * order.deadline_s
     report_progress("preparing", 0.0)
     grasps = asked["parallel_grasps"]
     planned = plan(
@@ -170,7 +172,7 @@ def plan_job(storage: Storage, order: JobOrder) -> JobOutcome:
         settings=PlannerSettings.from_document(asked["planner"]),
         progress=report_progress,
     )
-    planned = verify_plan(planned, asked, order.deadline_s)
+    planned = verify_plan(planned, asked, time_to_verify - time.monotonic())
     warnings = keep_recording(storage, order.job_id, planned) if asked["recording"] else []
     document = planned.to_document()
     ranked = document["grasps"]
@@ -186,8 +188,8 @@ def plan_job(storage: Storage, order: JobOrder) -> JobOutcome:
     return JobOutcome(finding, document["timings_ms"], simulated)
 
 
-def verify_plan(planned: "Plan", asked: dict[str, Any], deadline_s: float) -> "Plan":
-    """Simulate ranked grasps until as many have held as the job asks for.
+def verify_plan(planned: "Plan", asked: dict[str, Any], seconds: float) -> "Plan":
+    """Simulate ranked grasps until as many have held as the job asks for, or the time is over.
 
     Raises:
         FingersplitError: The installed planner cannot verify.
@@ -205,7 +207,7 @@ def verify_plan(planned: "Plan", asked: dict[str, Any], deadline_s: float) -> "P
         verified=asked["verified"],
         protocol=asked["protocol"],
         controller=asked["controller"],
-        deadline=_SHARE_OF_DEADLINE * deadline_s,
+        deadline=max(0.0, seconds),
         initial=asked["verify_initial"],
     )
     return proven
