@@ -1,8 +1,7 @@
-# The service, with its kernels compiled. It listens on loopback inside the container, because there are no API keys yet.
-# To reach it from the host, and from nowhere else:
+# The service, with its kernels compiled. Without API keys it listens on loopback inside the container only:
 #   docker build -t fingersplit .
-#   docker run --rm -p 127.0.0.1:8000:8000 -v fingersplit:/data \
-#     -e FINGERSPLIT_HOST=0.0.0.0 -e FINGERSPLIT_ALLOW_UNAUTHENTICATED=true fingersplit
+#   docker run --rm -v fingersplit:/data fingersplit fingersplit keys create robot-7
+#   docker run --rm -p 8000:8000 -v fingersplit:/data -e FINGERSPLIT_HOST=0.0.0.0 fingersplit
 
 FROM python:3.11-slim AS build
 ENV PIP_DISABLE_PIP_VERSION_CHECK=1 PIP_NO_CACHE_DIR=1

@@ -13,7 +13,6 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
-from benchmarks.objects import benchmark_objects
 from numpy.typing import NDArray
 
 from fingersplit.objects.cache import ContentCache

@@ -186,7 +186,7 @@ class Plan:
                 f"{self.model.name}, {self.hand.name} hand, rank {grasp.rank}: {verdict}, {end}"
             )
         names = {"hand": np.array(self.hand.name), "phase_names": np.array(PHASE_NAMES)}
-        np.savez_compressed(path, allow_pickle=False, **names, **arrays)
+        np.savez(path, allow_pickle=False, **names, **arrays)
 
     def to_document(self) -> dict[str, Any]:
         """The result document: plain JSON data, SI units, object frame, quaternions wxyz.

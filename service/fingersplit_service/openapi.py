@@ -32,6 +32,7 @@ TAGS = [
     {"name": "sessions", "description": "For browsers, which keep a key in a cookie."},
     {"name": "health", "description": "For whoever operates the service."},
 ]
+_MAKERS = {"/v1/objects": "object_id", "/v1/jobs": "job_id", "/v1/batches": "batch_id"}
 _EVERYWHERE = (
     ProblemKind.BAD_REQUEST,
     ProblemKind.UNAUTHENTICATED,
@@ -81,6 +82,7 @@ def _complete_schema(app: FastAPI) -> dict[str, Any]:
         routes=app.routes,
         tags=app.openapi_tags,
     )
+    _add_links(schema["paths"])
     components = schema["components"]["schemas"]
     problem = Problem.model_json_schema(ref_template="#/components/schemas/{model}")
     components.update(problem.pop("$defs"), Problem=problem)
@@ -90,3 +92,25 @@ def _complete_schema(app: FastAPI) -> dict[str, Any]:
         for one in fields(PlannerSettings)
     )
     return schema
+
+
+def _add_links(paths: dict[str, Any]) -> None:
+    """Say which operations take the id of what another operation made."""
+    for maker, parameter in _MAKERS.items():
+        users = {
+            operation["operationId"]: operation
+            for path, operations in paths.items()
+            for operation in operations.values()
+            if f"{{{parameter}}}" in path and path != maker
+        }
+        links = {
+            name: {
+                "operationId": name,
+                "parameters": {parameter: "$response.body#/id"},
+                "description": f"{operation['summary']}: its `{parameter}` is this answer's `id`.",
+            }
+            for name, operation in users.items()
+        }
+        for status, answer in paths[maker]["post"]["responses"].items():
+            if status.startswith("2"):
+                answer["links"] = links

@@ -10,7 +10,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-from fingersplit_service.database.queue import Finding
+from fingersplit_service.findings import Finding
 from fingersplit_service.jobs.tasks import (
     JobOrder,
     JobOutcome,

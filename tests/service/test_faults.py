@@ -56,7 +56,7 @@ def serving(data_dir: Path, port: int) -> Iterator[tuple[subprocess.Popen, httpx
     with ExitStack() as stack:
         stack.callback(process.wait)
         stack.callback(process.kill)
-        http = stack.enter_context(httpx2.Client(base_url=f"http://127.0.0.1:{port}"))
+        http = stack.enter_context(httpx2.Client(base_url=f"http://127.0.0.1:{port}", timeout=60))
 
         def ready() -> bool:
             assert process.poll() is None

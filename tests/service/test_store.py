@@ -1,5 +1,4 @@
 import asyncio
-import sqlite3
 import time
 from collections.abc import AsyncIterator
 from dataclasses import dataclass
@@ -11,15 +10,15 @@ from alembic.autogenerate import compare_metadata
 from alembic.migration import MigrationContext
 
 from fingersplit_client.schemas import IntakeReport, JobError, ObjectInfo
-from fingersplit_service.database.connection import Database, StorageUnavailable, database_url
+from fingersplit_service.database.connection import Database, database_url
 from fingersplit_service.database.jobs import IdempotencyConflict, JobFilter, JobStore, QueueFull, UnknownObject
 from fingersplit_service.database.keys import KeyStore, matches, split_key
 from fingersplit_service.database.objects import ObjectStore
-from fingersplit_service.database.queue import Finding, Queue
+from fingersplit_service.database.queue import Queue
 from fingersplit_service.database.rows import NewJob
 from fingersplit_service.database.schema import HEAD, schema_version
 from fingersplit_service.database.tables import metadata
-from fingersplit_service.storage import Storage
+from fingersplit_service.findings import Finding
 
 pytestmark = pytest.mark.anyio
 
@@ -280,36 +279,3 @@ async def test_a_key_is_kept_as_a_hash(store):
     assert secret not in str(row)
     assert await keys.revoke(key_id)
     assert not await keys.revoke(key_id)
-
-
-async def test_the_database_survives_power_loss_and_readers(tmp_path):
-    database = Database(database_url(None, tmp_path / "jobs.sqlite3"))
-    store = ObjectStore(database)
-    await store.add("me", OBJECT)
-    with sqlite3.connect(tmp_path / "jobs.sqlite3") as reader:
-        assert reader.execute("PRAGMA journal_mode").fetchone() == ("wal",)
-        assert reader.execute("SELECT count(*) FROM objects").fetchone() == (1,)
-        await store.add("you", OBJECT)
-    reader.close()
-    database.close()
-
-
-async def test_a_database_that_cannot_be_opened_says_so(tmp_path):
-    with pytest.raises(StorageUnavailable, match="cannot be opened"):
-        Database(database_url(None, tmp_path / "missing" / "jobs.sqlite3"))
-
-
-async def test_a_file_is_there_whole_or_not_at_all(tmp_path):
-    storage = Storage(tmp_path)
-    path = storage.view("job", 1, "picture.png")
-    with storage.lock():
-        with pytest.raises(TypeError), storage.atomic(path) as staged:
-            staged.write_bytes("no bytes")
-        assert not path.exists()
-        assert list(storage.staging.iterdir()) == []
-        with storage.atomic(path) as staged:
-            staged.write_bytes(b"whole")
-        assert path.read_bytes() == b"whole"
-        storage.staged(".left").touch()
-    with storage.lock():
-        assert list(storage.staging.iterdir()) == []

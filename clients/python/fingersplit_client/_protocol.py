@@ -7,6 +7,7 @@ import json
 from collections.abc import Callable, Generator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
+from urllib.parse import quote
 
 import httpx2
 from pydantic import BaseModel, TypeAdapter, ValidationError
@@ -20,10 +21,13 @@ __all__ = [
     "Flow",
     "JobEvent",
     "default_headers",
+    "dump",
     "exchange",
+    "given",
     "parse",
     "parse_list",
     "problem",
+    "quoted",
 ]
 
 Result = TypeVar("Result")
@@ -116,3 +120,18 @@ def _parsed(validate: Callable[[bytes], Result], response: httpx2.Response) -> R
     except ValidationError as error:
         text = f"{response.url} answered with an unexpected document; client and service may differ in version."
         raise FingersplitClientError(text) from error
+
+
+def dump(model: BaseModel) -> Any:
+    """A document as it is sent, without what is as by default."""
+    return model.model_dump(mode="json", exclude_defaults=True)
+
+
+def given(**parameters: Any) -> dict[str, Any]:
+    """The parameters that are not None."""
+    return {name: value for name, value in parameters.items() if value is not None}
+
+
+def quoted(part: str) -> str:
+    """A part of a path, whatever stands in it."""
+    return quote(part, safe="")

@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 import sqlalchemy as sa
 
 from fingersplit_client.schemas import JobState
-from fingersplit_service.database.connection import Store, transaction
+from fingersplit_service.database.connection import Store, accepting, transaction
 from fingersplit_service.database.rows import LISTED_COLUMNS, JobRow, NewJob, job_row, one_job
 from fingersplit_service.database.tables import jobs, objects, results
 
@@ -50,7 +50,7 @@ class JobFilter:
 class JobStore(Store):
     """Jobs by owner; nobody finds another's."""
 
-    @transaction
+    @accepting
     def add(
         self,
         connection: sa.Connection,
@@ -101,21 +101,19 @@ class JobStore(Store):
             "created_at": now,
         }
         rows = [shared | asdict(job) | {"object_name": names[job.object_id]} for job in new]
-        connection.execute(sa.insert(jobs), rows)
-        query = sa.select(*LISTED_COLUMNS, jobs.c.request).order_by(jobs.c.number)
-        which = jobs.c.batch_id == batch_id if batch_id else jobs.c.id == new[0].id
-        return [job_row(row) for row in connection.execute(query.where(which)).mappings()], True
+        insert = sa.insert(jobs).returning(*LISTED_COLUMNS, jobs.c.request, sort_by_parameter_order=True)
+        return [job_row(row) for row in connection.execute(insert, rows).mappings()], True
 
     @transaction
     def get(self, connection: sa.Connection, owner: str, job_id: str) -> tuple[JobRow, str | None] | None:
         """A job and its result document, JSON; None when the owner has no such job."""
-        job = one_job(connection, _is(owner, job_id))
-        if job is None:
+        query = sa.select(*LISTED_COLUMNS, jobs.c.request, results.c.document).outerjoin(results)
+        row = connection.execute(query.where(_is(owner, job_id))).mappings().one_or_none()
+        if row is None:
             return None
-        if job.state != "succeeded":
-            return job, None
-        query = sa.select(results.c.document).where(results.c.job_id == job_id)
-        return job, connection.execute(query).scalar()
+        columns = dict(row)
+        result: str | None = columns.pop("document")
+        return job_row(columns), result
 
     @transaction
     def page(
@@ -128,7 +126,7 @@ class JobStore(Store):
         rows = connection.execute(query.order_by(jobs.c.number.desc()).limit(limit)).mappings()
         return [job_row(row) for row in rows]
 
-    @transaction
+    @accepting
     def cancel(self, connection: sa.Connection, owner: str, job_id: str) -> JobRow | None:
         """End a job that has not ended; None when the owner has no such job."""
         update = (
@@ -139,7 +137,7 @@ class JobStore(Store):
         connection.execute(update)
         return one_job(connection, _is(owner, job_id))
 
-    @transaction
+    @accepting
     def delete(self, connection: sa.Connection, owner: str, job_id: str) -> bool:
         """Delete a job in whatever state, with its result; False when the owner has no such job."""
         return connection.execute(sa.delete(jobs).where(_is(owner, job_id))).rowcount == 1

@@ -10,7 +10,7 @@ from typing import Literal, get_args
 
 import sqlalchemy as sa
 
-from fingersplit_service.database.connection import Store, transaction
+from fingersplit_service.database.connection import Store, accepting, transaction
 from fingersplit_service.database.tables import api_keys
 
 __all__ = ["SCOPES", "KeyRow", "KeyStore", "Scope", "matches", "split_key"]
@@ -37,7 +37,7 @@ class KeyRow:
 class KeyStore(Store):
     """The keys of a service, revoked ones included."""
 
-    @transaction
+    @accepting
     def create(self, connection: sa.Connection, name: str, scopes: Iterable[Scope]) -> str:
         """Make a key; what is returned is shown nowhere again."""
         key_id, secret = secrets.token_hex(6), secrets.token_urlsafe(32)
@@ -57,7 +57,7 @@ class KeyStore(Store):
         rows = connection.execute(sa.select(api_keys).order_by(api_keys.c.created_at)).mappings()
         return [KeyRow(**(dict(row) | {"scopes": tuple(row["scopes"].split())})) for row in rows]
 
-    @transaction
+    @accepting
     def revoke(self, connection: sa.Connection, key_id: str) -> bool:
         """End a key; False when there is none of that id that is not revoked."""
         which = (api_keys.c.id == key_id) & api_keys.c.revoked_at.is_(None)

@@ -9,7 +9,7 @@ import sqlalchemy as sa
 from sqlalchemy.dialects import postgresql, sqlite
 
 from fingersplit_client.schemas import ObjectInfo, ParallelGraspSetInfo
-from fingersplit_service.database.connection import Store, transaction
+from fingersplit_service.database.connection import Store, accepting, transaction
 from fingersplit_service.database.tables import jobs, objects, parallel_grasp_sets
 
 __all__ = ["ObjectStore", "Removal", "StoredObject"]
@@ -41,7 +41,7 @@ class Removal:
 class ObjectStore(Store):
     """Objects by owner: the same mesh of two owners is two rows and one file."""
 
-    @transaction
+    @accepting
     def add(self, connection: sa.Connection, owner: str, info: ObjectInfo) -> bool:
         """Keep an object; False when its owner has it already."""
         row = {
@@ -73,10 +73,20 @@ class ObjectStore(Store):
         rows = connection.execute(query.order_by(objects.c.number.desc()).limit(limit))
         return [StoredObject(*row) for row in rows]
 
-    @transaction
+    @accepting
     def remove(self, connection: sa.Connection, owner: str, object_id: str) -> Removal:
         """Delete an object and its parallel grasps, unless unfinished jobs need it."""
-        return remove_object(connection, owner, object_id)
+        unfinished = connection.execute(
+            sa.select(sa.func.count())
+            .select_from(jobs)
+            .where(jobs.c.owner == owner, jobs.c.object_id == object_id, jobs.c.state.in_(("queued", "running")))
+        ).scalar_one()
+        if unfinished:
+            return Removal(found=True, unfinished=unfinished)
+        found = connection.execute(sa.delete(objects).where(_is(owner, object_id))).rowcount == 1
+        connection.execute(sa.delete(parallel_grasp_sets).where(_has_grasps(owner, object_id)))
+        others = connection.execute(sa.select(objects.c.id).where(objects.c.id == object_id).limit(1)).scalar()
+        return Removal(found=found, last=found and others is None)
 
     @transaction
     def unused_since(self, connection: sa.Connection, moment: float, limit: int) -> Sequence[tuple[str, str]]:
@@ -84,7 +94,7 @@ class ObjectStore(Store):
         query = sa.select(objects.c.owner, objects.c.id).where(objects.c.used_at < moment).limit(limit)
         return [(owner, object_id) for owner, object_id in connection.execute(query)]
 
-    @transaction
+    @accepting
     def add_grasps(self, connection: sa.Connection, owner: str, info: ParallelGraspSetInfo, document: str) -> bool:
         """Keep a set of parallel grasps; False when its object has gone."""
         if connection.execute(sa.select(objects.c.id).where(_is(owner, info.object_id))).scalar() is None:
@@ -110,26 +120,11 @@ class ObjectStore(Store):
         query = sa.select(parallel_grasp_sets).where(_has_grasps(owner, object_id), parallel_grasp_sets.c.id == set_id)
         return connection.execute(query).mappings().one_or_none()
 
-    @transaction
+    @accepting
     def remove_grasps(self, connection: sa.Connection, owner: str, object_id: str, set_id: str) -> bool:
         """Delete a set; False when there is none."""
         which = _has_grasps(owner, object_id) & (parallel_grasp_sets.c.id == set_id)
         return connection.execute(sa.delete(parallel_grasp_sets).where(which)).rowcount == 1
-
-
-def remove_object(connection: sa.Connection, owner: str, object_id: str) -> Removal:
-    """Delete an object within a transaction; see `ObjectStore.remove`."""
-    unfinished = connection.execute(
-        sa.select(sa.func.count())
-        .select_from(jobs)
-        .where(jobs.c.owner == owner, jobs.c.object_id == object_id, jobs.c.state.in_(("queued", "running")))
-    ).scalar_one()
-    if unfinished:
-        return Removal(found=True, unfinished=unfinished)
-    found = connection.execute(sa.delete(objects).where(_is(owner, object_id))).rowcount == 1
-    connection.execute(sa.delete(parallel_grasp_sets).where(_has_grasps(owner, object_id)))
-    others = connection.execute(sa.select(objects.c.id).where(objects.c.id == object_id).limit(1)).scalar()
-    return Removal(found=found, last=found and others is None)
 
 
 def _is(owner: str, object_id: str) -> sa.ColumnElement[bool]:

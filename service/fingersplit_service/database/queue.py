@@ -7,32 +7,20 @@ is leased to one service process, which extends the lease while it lives.
 import json
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import sqlalchemy as sa
 
 from fingersplit_client.schemas import JobError
 from fingersplit_service.database.connection import Database, Store, transaction
-from fingersplit_service.database.rows import JobRow, one_job
+from fingersplit_service.database.rows import LISTED_COLUMNS, JobRow, job_row
 from fingersplit_service.database.tables import jobs, results
+from fingersplit_service.findings import Finding
 
-__all__ = ["Finding", "Queue"]
+__all__ = ["Queue"]
 
 _MAX_WORKER_DEATHS = 2
 _MAX_ATTEMPTS = 10  # a job under which the whole service dies each time must not be taken up for ever
-
-
-@dataclass(frozen=True)
-class Finding:
-    """What a job found: the result document, JSON, its summary, and what went wrong beside it."""
-
-    result: str
-    grasps: int
-    feasible: int
-    verified: int
-    best_quality: float | None
-    warnings: Sequence[str] = ()
 
 
 class Queue(Store):
@@ -68,13 +56,13 @@ class Queue(Store):
             "runner": self._runner,
             "lease_until": now + self._lease_s,
         }
-        if _move(connection, jobs.c.number == next_job, "queued", changes) is None:
+        update = sa.update(jobs).where(jobs.c.number == next_job, jobs.c.state == "queued").values(changes)
+        row = connection.execute(update.returning(*LISTED_COLUMNS, jobs.c.request)).mappings().one_or_none()
+        if row is None:
             return None  # another process was faster
-        job = one_job(connection, jobs.c.number == next_job)
-        if job is not None:
-            self._turns += 1
-            self._served[job.owner] = self._turns
-        return job
+        self._turns += 1
+        self._served[row["owner"]] = self._turns
+        return job_row(row)
 
     def _next(self, connection: sa.Connection) -> int | None:
         queued = jobs.c.state == "queued"

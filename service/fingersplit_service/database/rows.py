@@ -1,6 +1,7 @@
 """Jobs as the table has them."""
 
 import json
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -67,7 +68,7 @@ LISTED_COLUMNS = [
 """The columns of a `JobRow`, without its request."""
 
 
-def job_row(row: sa.RowMapping) -> JobRow:
+def job_row(row: Mapping[Any, Any]) -> JobRow:
     """A row of `LISTED_COLUMNS`, perhaps with the request."""
     columns: dict[str, Any] = dict(row)
     code, detail, warnings = (columns.pop(name) for name in ("error_code", "error_detail", "warnings"))

@@ -1,11 +1,12 @@
 """A job's progress as server-sent events."""
 
 from collections.abc import AsyncIterator
-from typing import Annotated
+from typing import Annotated, Any, get_args
 
 from fastapi import APIRouter, Header
 from fastapi.responses import StreamingResponse
 
+from fingersplit_client.schemas import JobState
 from fingersplit_service.database.rows import JobRow
 from fingersplit_service.endpoints.documents import JobId, known_job, summarize
 from fingersplit_service.openapi import problem_answers
@@ -16,6 +17,18 @@ from fingersplit_service.security.access import Principal, Reader
 __all__ = ["router"]
 
 router = APIRouter(tags=["jobs"])
+_STATES = list(get_args(JobState))
+_EVENT = {
+    "type": "object",
+    "properties": {
+        "id": {"type": "string", "description": "Microseconds since 1970, UTC."},
+        "event": {"enum": _STATES, "description": "The job's state."},
+        "data": {"type": "string", "contentMediaType": "application/json", "description": "A `JobSummary`."},
+    },
+}
+_STREAM: dict[int | str, dict[str, Any]] = {
+    200: {"description": "The events, as they happen.", "content": {"text/event-stream": {"schema": _EVENT}}}
+}
 _PAUSE = 15.0  # after which a comment keeps the connection open [s]
 
 
@@ -29,7 +42,7 @@ class _EventResponse(StreamingResponse):
     "/v1/jobs/{job_id}/events",
     response_class=_EventResponse,
     summary="Follow a job",
-    responses=problem_answers(ProblemKind.NOT_FOUND, ProblemKind.INVALID_REQUEST),
+    responses=_STREAM | problem_answers(ProblemKind.NOT_FOUND, ProblemKind.INVALID_REQUEST),
 )
 async def follow_job(
     runtime: RuntimeDependency,

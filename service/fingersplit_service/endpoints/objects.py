@@ -10,7 +10,7 @@ from fastapi import APIRouter, File, Form, Query, Response, UploadFile
 from fastapi.responses import FileResponse
 
 from fingersplit.errors import MeshError
-from fingersplit_client.schemas import IntakeReport, ObjectInfo, ObjectPage, Unit
+from fingersplit_client.schemas import CloudReport, IntakeReport, ObjectInfo, ObjectPage, Unit
 from fingersplit_service.endpoints.documents import Cursor, Limit, ObjectId, known_object, next_cursor, place
 from fingersplit_service.jobs.engine import DeadlineExceeded, WorkerDied
 from fingersplit_service.openapi import problem_answers
@@ -106,7 +106,7 @@ async def get_object(runtime: RuntimeDependency, principal: Reader, object_id: O
 
 
 @router.get(PATH + "/{object_id}/report", summary="See what was repaired", responses=_PROBLEMS)
-async def get_report(runtime: RuntimeDependency, principal: Reader, object_id: ObjectId) -> IntakeReport:
+async def get_report(runtime: RuntimeDependency, principal: Reader, object_id: ObjectId) -> IntakeReport | CloudReport:
     """What was found in an object's file and what was repaired."""
     return ObjectInfo.model_validate_json(await known_object(runtime, principal, object_id)).report
 
@@ -131,7 +131,7 @@ async def get_mesh(
     if not path.exists():
         deadline = runtime.settings.picture_deadline_s
         await runtime.engine.answer(runtime.tasks.export, runtime.storage, object_id, file_type, deadline_s=deadline)
-    return _MeshResponse(path, filename=path.name)
+    return _MeshResponse(path, filename=path.name, media_type=_MeshResponse.media_type)
 
 
 @router.delete(

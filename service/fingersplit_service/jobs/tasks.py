@@ -7,13 +7,15 @@ and starts fast. What goes in and comes out is plain and small; meshes and trace
 import importlib
 import importlib.util
 import json
+import sys
+import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fingersplit.errors import FingersplitError
-from fingersplit_service.database.queue import Finding
+from fingersplit_service.findings import Finding
 from fingersplit_service.jobs.stored_objects import prepared_object, stored_mesh
 from fingersplit_service.jobs.views import ExportedFile, ViewOrder, convert_result, draw_view
 from fingersplit_service.jobs.worker import report_progress
@@ -37,11 +39,13 @@ __all__ = [
     "export_mesh",
     "generate_parallel_grasps",
     "inspect_object",
+    "keep_recording",
     "plan_job",
+    "verify_plan",
     "warm",
 ]
 
-_SHARE_OF_DEADLINE = 0.8  # for verifying, so that what was planned is still kept before the worker is killed
+_SHARE_OF_DEADLINE = 0.8  # after which nothing more is verified, so that the worker is not killed with its results
 
 
 @dataclass(frozen=True)
@@ -74,18 +78,22 @@ class JobOutcome:
 
 def warm() -> Warmth:
     """Load the planner and all hands, and plan once so that the kernels are compiled."""
-    from fingersplit.compilation import kernel_cache_folder
     from fingersplit.hands.hand import available_hands, load_hand
     from fingersplit.warming import compile_kernels
 
-    def compiled() -> int:
-        return sum(1 for _ in kernel_cache_folder("fingersplit.splitting.finger_splitting").parent.rglob("*.nbc"))
-
-    before = compiled()
     hands = [load_hand(name) for name in available_hands()]
     for hand in hands:
         compile_kernels(hand)
-    return Warmth([hand.to_document() for hand in hands], compiled() != before)
+    return Warmth([hand.to_document() for hand in hands], _has_compiled())
+
+
+def _has_compiled() -> bool:
+    """Whether a kernel of the planner was not in the cache and had to be compiled in this process."""
+    from numba.core.dispatcher import Dispatcher
+
+    planner = [module for name, module in sys.modules.items() if name.startswith("fingersplit.")]
+    kernels = [value for module in planner for value in vars(module).values() if isinstance(value, Dispatcher)]
+    return any(kernel.stats.cache_misses for kernel in kernels)
 
 
 def inspect_object(storage: Storage, upload: Path, unit: str) -> dict[str, Any]:
@@ -149,6 +157,7 @@ def plan_job(storage: Storage, order: JobOrder) -> JobOutcome:
     from fingersplit.splitting.settings import PlannerSettings
 
     asked = json.loads(order.request)
+    time_to_verify = time.monotonic() + _SHARE_OF_DEADLINE * order.deadline_s
     report_progress("preparing", 0.0)
     grasps = asked["parallel_grasps"]
     planned = plan(
@@ -161,7 +170,7 @@ def plan_job(storage: Storage, order: JobOrder) -> JobOutcome:
         settings=PlannerSettings.from_document(asked["planner"]),
         progress=report_progress,
     )
-    planned = verify_plan(planned, asked, order.deadline_s)
+    planned = verify_plan(planned, asked, time_to_verify - time.monotonic())
     warnings = keep_recording(storage, order.job_id, planned) if asked["recording"] else []
     document = planned.to_document()
     ranked = document["grasps"]
@@ -177,8 +186,8 @@ def plan_job(storage: Storage, order: JobOrder) -> JobOutcome:
     return JobOutcome(finding, document["timings_ms"], simulated)
 
 
-def verify_plan(planned: "Plan", asked: dict[str, Any], deadline_s: float) -> "Plan":
-    """Simulate ranked grasps until as many have held as the job asks for.
+def verify_plan(planned: "Plan", asked: dict[str, Any], seconds: float) -> "Plan":
+    """Simulate ranked grasps until as many have held as the job asks for, or the time is over.
 
     Raises:
         FingersplitError: The installed planner cannot verify.
@@ -196,7 +205,7 @@ def verify_plan(planned: "Plan", asked: dict[str, Any], deadline_s: float) -> "P
         verified=asked["verified"],
         protocol=asked["protocol"],
         controller=asked["controller"],
-        deadline=_SHARE_OF_DEADLINE * deadline_s,
+        deadline=max(0.0, seconds),
         initial=asked["verify_initial"],
     )
     return proven

@@ -20,6 +20,7 @@ __all__ = ["Guard"]
 
 _log = logging.getLogger(__name__)
 _REQUEST_ID = re.compile(r"[A-Za-z0-9_.-]{1,64}")
+_PROBES = {"/healthz", "/readyz", "/metrics"}
 _SAFE_METHODS = {"GET", "HEAD", "OPTIONS"}
 _PAGE_POLICY = (
     "default-src 'self'; script-src 'self' 'wasm-unsafe-eval'{inline}; style-src 'self' 'unsafe-inline'; "
@@ -77,7 +78,8 @@ class Guard:
                 route = getattr(scope.get("route"), "path", "none")
                 self._metrics.requests.labels(scope["method"], route, status).inc()
                 self._metrics.answered.labels(route).observe(seconds)
-                _log.info("%s %s %d %.1f ms", scope["method"], scope["path"], status, 1e3 * seconds)
+                level = logging.DEBUG if route in _PROBES else logging.INFO
+                _log.log(level, "%s %s %d %.1f ms", scope["method"], scope["path"], status, 1e3 * seconds)
 
     async def _refusal(self, scope: Scope, headers: Headers) -> str | None:
         """Why a request is refused whoever asks: what a stranger's page makes a browser on this machine send."""

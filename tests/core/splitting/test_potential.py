@@ -104,7 +104,9 @@ def test_differences_mostly_keep_the_nearest_points_and_links_of_every_kind_are_
         kept += [same_nearest_points(state, measured(problem, state, joints=turn)) for turn in 1e-6 * np.eye(8)]
         near += state.clearances[: near.size] < 4e-3
     assert np.mean(kept) > 0.9
-    links = {shape.split("_")[1] for shape, count in zip(barrett.shape_names, near, strict=True) if count and "_" in shape}
+    links = {
+        shape.split("_")[1] for shape, count in zip(barrett.shape_names, near, strict=True) if count and "_" in shape
+    }
     assert {"proximal", "distal", "nose"} <= links
 
 

@@ -1,15 +1,15 @@
-"""What can be asked of the service, each operation as a flow of `_protocol`."""
+"""What can be asked about jobs and the service, each operation as a flow of `_protocol`."""
 
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, TypedDict
-from urllib.parse import quote
+from typing import TypedDict
 from uuid import uuid4
 
-from pydantic import BaseModel, TypeAdapter
+from pydantic import TypeAdapter
 
-from fingersplit_client._protocol import Call, Flow, exchange, parse, parse_list
+from fingersplit_client._objects import upload_object
+from fingersplit_client._protocol import Call, Flow, dump, exchange, given, parse, parse_list, quoted
 from fingersplit_client.errors import FingersplitClientError, JobFailed, WaitTimeout
 from fingersplit_client.schemas import (
     Batch,
@@ -21,13 +21,7 @@ from fingersplit_client.schemas import (
     JobPage,
     JobState,
     JobVerification,
-    ObjectInfo,
-    ObjectPage,
     ParallelGrasp,
-    ParallelGraspsCreate,
-    ParallelGraspSet,
-    ParallelGraspSetInfo,
-    ParallelGraspsGenerate,
     PlanResult,
 )
 
@@ -38,26 +32,16 @@ __all__ = [
     "create_batch",
     "create_job",
     "delete_job",
-    "delete_object",
-    "delete_parallel_grasps",
     "events_path",
-    "generate_parallel_grasps",
     "get_batch",
     "get_job",
-    "get_object",
     "grasps",
     "hands",
-    "import_parallel_grasps",
     "list_jobs",
-    "list_objects",
-    "list_parallel_grasps",
-    "mesh",
-    "parallel_grasps",
     "picture",
     "plan",
     "ready",
     "recording",
-    "upload_object",
     "verification",
     "wait",
 ]
@@ -69,7 +53,6 @@ _LONGEST_WAIT = 25.0  # for one answer, below what something between us and the 
 _WAIT_WITH_PROGRESS = 0.25  # between two looks at a job whose progress somebody wants to see [s]
 _HANDS = TypeAdapter(list[HandInfo])
 _GRASPS = TypeAdapter(list[Grasp])
-_SETS = TypeAdapter(list[ParallelGraspSetInfo])
 
 
 class PlanOptions(TypedDict, total=False):
@@ -91,84 +74,10 @@ class PlanOptions(TypedDict, total=False):
     deadline_s: float | None
 
 
-def upload_object(mesh: Path | str | bytes, unit: str, name: str | None, file_type: str | None) -> Flow[ObjectInfo]:
-    """Upload a mesh file, or its bytes and their type."""
-    if isinstance(mesh, bytes):
-        if file_type is None:
-            raise FingersplitClientError("Bytes do not say what they are: give file_type, such as 'stl' or 'ply'.")
-        stem, suffix, content = "object", f".{file_type.lstrip('.')}", mesh
-    else:
-        path = Path(mesh)
-        stem, suffix, content = (
-            path.stem,
-            f".{file_type.lstrip('.')}" if file_type else path.suffix,
-            path.read_bytes(),
-        )
-    arguments = {
-        "data": {"unit": unit, "name": name or stem},
-        "files": {"file": (stem + suffix, content, "application/octet-stream")},
-    }
-    response = yield from exchange("POST", "/v1/objects", **arguments)
-    return parse(ObjectInfo, response)
-
-
-def get_object(object_id: str) -> Flow[ObjectInfo]:
-    """One object."""
-    response = yield from exchange("GET", _object(object_id))
-    return parse(ObjectInfo, response)
-
-
-def list_objects(limit: int, cursor: str | None) -> Flow[ObjectPage]:
-    """A page of the objects."""
-    response = yield from exchange("GET", "/v1/objects", params=_given(limit=limit, cursor=cursor))
-    return parse(ObjectPage, response)
-
-
-def delete_object(object_id: str) -> Flow[None]:
-    """Delete an object."""
-    yield from exchange("DELETE", _object(object_id))
-
-
-def mesh(object_id: str, file_type: str) -> Flow[bytes]:
-    """The checked mesh as a file."""
-    response = yield from exchange("GET", f"{_object(object_id)}/mesh", params={"format": file_type})
-    return response.content
-
-
-def generate_parallel_grasps(object_id: str, request: ParallelGraspsGenerate) -> Flow[ParallelGraspSet]:
-    """Have parallel grasps found."""
-    response = yield from exchange("POST", f"{_object(object_id)}/parallel-grasps/generate", json=_dump(request))
-    return parse(ParallelGraspSet, response)
-
-
-def import_parallel_grasps(object_id: str, grasps: Sequence[ParallelGrasp], name: str) -> Flow[ParallelGraspSet]:
-    """Store parallel grasps."""
-    request = ParallelGraspsCreate(parallel_grasps=list(grasps), name=name)
-    response = yield from exchange("POST", f"{_object(object_id)}/parallel-grasps", json=_dump(request))
-    return parse(ParallelGraspSet, response)
-
-
-def list_parallel_grasps(object_id: str) -> Flow[list[ParallelGraspSetInfo]]:
-    """The sets of an object."""
-    response = yield from exchange("GET", f"{_object(object_id)}/parallel-grasps")
-    return parse_list(_SETS, response)
-
-
-def parallel_grasps(object_id: str, set_id: str) -> Flow[ParallelGraspSet]:
-    """One set."""
-    response = yield from exchange("GET", f"{_object(object_id)}/parallel-grasps/{_quoted(set_id)}")
-    return parse(ParallelGraspSet, response)
-
-
-def delete_parallel_grasps(object_id: str, set_id: str) -> Flow[None]:
-    """Delete a set."""
-    yield from exchange("DELETE", f"{_object(object_id)}/parallel-grasps/{_quoted(set_id)}")
-
-
 def create_job(request: JobCreate, wait: float, idempotency_key: str | None) -> Flow[Job]:
     """Queue a job, and wait for its end at most ``wait`` seconds."""
     headers = _prefer(wait) | ({"Idempotency-Key": idempotency_key} if idempotency_key else {})
-    response = yield from exchange("POST", "/v1/jobs", json=_dump(request), headers=headers)
+    response = yield from exchange("POST", "/v1/jobs", json=dump(request), headers=headers)
     return parse(Job, response)
 
 
@@ -187,7 +96,7 @@ def list_jobs(
     batch_id: str | None,
 ) -> Flow[JobPage]:
     """A page of the jobs."""
-    filters = _given(object_id=object_id, hand=hand, batch_id=batch_id, limit=limit, cursor=cursor)
+    filters = given(object_id=object_id, hand=hand, batch_id=batch_id, limit=limit, cursor=cursor)
     response = yield from exchange("GET", "/v1/jobs", params=filters | {"state": list(state)})
     return parse(JobPage, response)
 
@@ -205,13 +114,13 @@ def delete_job(job_id: str) -> Flow[None]:
 
 def create_batch(requests: Sequence[JobCreate]) -> Flow[Batch]:
     """Queue many jobs, all or none."""
-    response = yield from exchange("POST", "/v1/batches", json=_dump(BatchCreate(jobs=list(requests))))
+    response = yield from exchange("POST", "/v1/batches", json=dump(BatchCreate(jobs=list(requests))))
     return parse(Batch, response)
 
 
 def get_batch(batch_id: str) -> Flow[Batch]:
     """How a batch stands."""
-    response = yield from exchange("GET", f"/v1/batches/{_quoted(batch_id)}")
+    response = yield from exchange("GET", f"/v1/batches/{quoted(batch_id)}")
     return parse(Batch, response)
 
 
@@ -293,25 +202,9 @@ def events_path(job_id: str) -> str:
     return f"{_job(job_id)}/events"
 
 
-def _dump(model: BaseModel) -> Any:
-    return model.model_dump(mode="json", exclude_defaults=True)
-
-
 def _prefer(seconds: float) -> dict[str, str]:
     return {"Prefer": f"wait={seconds:g}"} if seconds > 0 else {}
 
 
-def _given(**parameters: Any) -> dict[str, Any]:
-    return {name: value for name, value in parameters.items() if value is not None}
-
-
-def _quoted(part: str) -> str:
-    return quote(part, safe="")
-
-
-def _object(object_id: str) -> str:
-    return f"/v1/objects/{_quoted(object_id)}"
-
-
 def _job(job_id: str) -> str:
-    return f"/v1/jobs/{_quoted(job_id)}"
+    return f"/v1/jobs/{quoted(job_id)}"
