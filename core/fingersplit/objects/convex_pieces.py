@@ -1,7 +1,7 @@
 """An object as convex pieces, which is what a physics engine can collide fast.
 
-V-HACD [Mamou2016] (``vhacdx``) does the work. CoACD, tried on the same objects with 16 pieces, came out equally close to the
-surface (mean error 0.3 to 1.8 mm against 0.4 to 1.7 mm) and took three to ten times as long.
+V-HACD [Mamou2016] (``vhacdx``) does the work. CoACD, tried on the same objects with 16 pieces, came out equally close
+to the surface (mean error 0.3 to 1.8 mm against 0.4 to 1.7 mm) and took three to ten times as long.
 """
 
 from dataclasses import dataclass
