@@ -1,9 +1,12 @@
 """Compile every kernel once, so that the first real request does not wait for it."""
 
+import numpy as np
+
 from fingersplit.compilation import kernel_cache_folder
 from fingersplit.hands.hand import Hand
 from fingersplit.objects.model import prepare_object
 from fingersplit.objects.parametric import cylinder
+from fingersplit.parallel_grasps.closing import close_jaws
 from fingersplit.planning import plan
 
 __all__ = ["compile_kernels", "kernels_are_compiled"]
@@ -16,4 +19,7 @@ def kernels_are_compiled() -> bool:
 
 def compile_kernels(hand: Hand) -> None:
     """Plan two starts on a small object; takes about a minute with an empty cache, else seconds."""
-    plan(prepare_object(cylinder(), "warm-up"), hand, starts=2, top_k=1)
+    model = prepare_object(cylinder(), "warm-up")
+    plan(model, hand, source="both", starts=2, top_k=1)
+    none = np.zeros((0, 3))
+    close_jaws(model.triangles, none, none, none, np.zeros(0), np.zeros((0, 2)), np.zeros((0, 2, 3)))

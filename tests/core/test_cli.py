@@ -5,9 +5,11 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 import trimesh
 
+from fingersplit.exchange.isaac_grasp import read_isaac_grasp
 from fingersplit_client.schemas import PlanResult
 
 PROGRAM = Path(sys.executable).with_name("fingersplit")
@@ -64,6 +66,45 @@ def test_document_on_standard_output_can_be_piped(folder):
     assert "\x1b" not in finished.stderr + finished.stdout
 
 
+def test_surface_fitting_is_a_source(folder):
+    arguments = ("--unit", "mm", "--starts", 8, "--source", "surface_fitting", "--json", "fitted.json")
+    finished = run("plan", "ball.stl", *arguments, cwd=folder)
+    assert finished.returncode == 0
+    grasps = json.loads((folder / "fitted.json").read_text())["grasps"]
+    for grasp in grasps:
+        first, second = np.array(grasp["initial"]["parallel_grasp"]["contacts"])
+        assert np.linalg.norm(first - second) == pytest.approx(0.07, abs=2e-3)
+
+
+def test_parallel_grasps_of_another_tool_are_counted(folder):
+    pose = [[1, 0, 0, 0], [0, -1, 0, 0], [0, 0, -1, 0.103], [0, 0, 0, 1]]
+    aside = [[1, 0, 0, 1], *pose[1:]]
+    (folder / "panda.json").write_text(json.dumps({"grasps": {"transforms": [pose, aside]}}))
+    finished = run("plan", "ball.stl", "--unit", "mm", "--starts", 4, "--parallel-grasps", "panda.json", cwd=folder)
+    assert finished.returncode in {0, 1}
+    assert "GraspGen JSON with 2 grasps; contacts were found for 1 of 2." in finished.stdout
+
+
+def test_result_is_exported(folder):
+    if not (folder / "plan.json").exists():
+        run("plan", "ball.stl", "--unit", "mm", "--starts", 8, "--seed", 3, "--json", "plan.json", cwd=folder)
+    document = json.loads((folder / "plan.json").read_text())
+    feasible = [grasp for grasp in document["grasps"] if grasp["feasible"]]
+    finished = run("export", "plan.json", "--format", "isaac_grasp", "-o", "grasps.yaml", cwd=folder)
+    assert (finished.returncode, finished.stdout, finished.stderr) == (0, "", "")
+    file = read_isaac_grasp((folder / "grasps.yaml").read_bytes())
+    assert [grasp.joints for grasp in file.grasps] == [grasp["joints"] for grasp in feasible]
+    for arguments, sentence in (
+        (("plan.json", "--format", "csv"), "Unknown export format 'csv'"),
+        (("no.json", "--format", "moveit"), "no.json is not JSON"),
+        (("plan.json", "--format", "moveit", "--rank", 999), "no grasp of rank 999"),
+    ):
+        finished = run("export", *arguments, "-o", "x", cwd=folder)
+        assert finished.returncode == 2
+        assert sentence in finished.stderr
+        assert not (folder / "x").exists()
+
+
 def test_no_feasible_grasp_is_exit_code_1_with_the_reason(folder):
     finished = run("plan", "crate.ply", "--starts", 4, "--json", "crate.json", cwd=folder)
     assert finished.returncode == 1
@@ -83,7 +124,9 @@ def test_no_feasible_grasp_is_exit_code_1_with_the_reason(folder):
         (("ball.stl", "--setting", "friction=9"), "'friction' is 9; allowed: 0.01 to 5."),
         (("ball.stl", "--parallel-grasps", "no.json"), "no.json is not JSON"),
         (("ball.stl", "--parallel-grasps", "flat.json"), "The two contacts of a parallel grasp coincide"),
-        (("ball.stl", "--parallel-grasps", "one.json"), "one.json must hold a list of parallel grasps."),
+        (("ball.stl", "--parallel-grasps", "one.json"), "missing: 'approach'"),
+        (("ball.stl", "--parallel-grasps", "pair.json", "--format", "dexnet"), "Dex-Net HDF5 needs hdf5."),
+        (("ball.stl", "--source", "guessing"), "known: antipodal, surface_fitting, both."),
     ],
 )
 def test_bad_input_is_exit_code_2_with_one_sentence(folder, arguments, sentence):
@@ -112,7 +155,7 @@ def test_hands_are_listed(folder):
 def test_help_lists_the_commands(folder):
     finished = run("--help", cwd=folder)
     assert finished.returncode == 0
-    for command in ("plan", "hands", "warm"):
+    for command in ("plan", "export", "hands", "warm"):
         assert command in finished.stdout
 
 

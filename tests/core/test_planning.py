@@ -200,6 +200,14 @@ def test_grasps_out_of_reach_are_said_to_be(barrett):
     assert result.message.startswith("None of the 1 parallel grasps could be taken over by the hand")
 
 
+@pytest.mark.parametrize("source", ["surface_fitting", "both"])
+def test_every_source_leads_to_feasible_grasps(barrett, prepared, source):
+    result = plan(prepared("box"), barrett, source=source, starts=16, seed=2)
+    assert result.feasible > 0
+    again = plan(prepared("box"), barrett, source=source, starts=16, seed=2)
+    assert [run.final.joints.tolist() for run in again.runs] == [run.final.joints.tolist() for run in result.runs]
+
+
 def test_nothing_feasible_says_why_and_shows_the_best(barrett, prepared):
     result = plan(prepared("cylinder"), barrett, starts=6, settings=PlannerSettings(pad_angle_limit=0.0))
     assert result.feasible == 0
@@ -218,6 +226,7 @@ def test_nothing_feasible_says_why_and_shows_the_best(barrett, prepared):
         ({"starts": 0}, r"starts is 0; it must be at least 1"),
         ({"top_k": -1}, r"top_k is -1; it must be at least 1"),
         ({"seed": -1}, r"seed is -1; it must be at least 0"),
+        ({"source": "luck"}, r"Unknown source of parallel grasps 'luck'; known: antipodal, surface_fitting, both"),
     ],
 )
 def test_arguments_out_of_range_are_refused(barrett, prepared, arguments, message):

@@ -109,9 +109,9 @@ def _cell_along(coordinate, origin, cell, margin, size):
 def cast(grid, origin, direction, longest, distances, faces):
     """The first crossings of a ray with the triangles, nearest first.
 
-    Cell after cell along the ray; a crossing counts in the cell where it lies, so none is found twice. A ray through an
-    edge or a corner meets every face there: neighbours decide from the same products, so none slips between them
-    (the test of Woop2013).
+    Cell after cell along the ray [Amanatides1987]; a crossing counts in the cell where it lies, so none is found
+    twice. A ray through an edge or a corner meets every face there: neighbours decide from the same products, so none
+    slips between them [Woop2013].
 
     Args:
         grid: ``TriangleGrid``.

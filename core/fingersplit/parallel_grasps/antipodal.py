@@ -8,15 +8,13 @@ from numpy.typing import NDArray
 from fingersplit.objects.model import ObjectModel
 from fingersplit.parallel_grasps.crossing_pairs import crossing_pairs
 from fingersplit.parallel_grasps.grasp_set import ParallelGrasps
-from fingersplit.parallel_grasps.spread import spread_pairs
+from fingersplit.parallel_grasps.spread import COVERING, spread_pairs
 
 __all__ = ["LEAST_OPENING", "sample_antipodal"]
 
 LEAST_RAYS, RAYS_PER_PAIR = 640, 10
 LEAST_OPENING = 2e-3
 """[m]; thinner than this a pad cannot be placed on both sides."""
-WIDEST_SPREAD, NARROWEST_SPREAD = 0.4, 0.05
-"""Distance of pairs at first and at last, as shares of the object's radius."""
 
 
 def sample_antipodal(
@@ -53,7 +51,7 @@ def sample_antipodal(
     off_center = np.linalg.norm((first + second) / 2 - model.center_of_mass, axis=1) / model.radius
     order = np.argsort(off_center - seats, kind="stable")
     first, second = first[order], second[order]
-    chosen = spread_pairs(first, second, count, WIDEST_SPREAD * model.radius, NARROWEST_SPREAD * model.radius)
+    chosen = spread_pairs(first, second, count, model.radius * np.array(COVERING))
     return _turn_approaches(np.stack([first[chosen], second[chosen]], axis=1), approaches, rng)
 
 

@@ -13,6 +13,8 @@ __all__ = ["across", "crossing_pairs"]
 
 CROSSINGS = 16
 """Triangles that a ray is followed through."""
+UNSEEN = 2.0
+"""Spacings from the nearest sample beyond which a point is on a side of a cloud that was not seen."""
 FACING_AWAY = -0.5
 """Cosine to the jaw axis below which a neighbour belongs to another side of the object."""
 
@@ -48,7 +50,7 @@ def crossing_pairs(triangles, surface, draws, least_cosine, narrowest, widest):
         flat = -dot(_triangle_normal(surface.triangles[i]), direction)
         if flat < least_cosine:
             continue
-        near, seen = min(flat, dot(inward, direction)), False
+        near, judged = min(flat, dot(inward, direction)), False
         crossings = cast(triangles, origin, direction, widest, distances, faces)
         for k in range(crossings):
             flat = dot(face_normal(triangles, faces[k]), direction)
@@ -56,13 +58,14 @@ def crossing_pairs(triangles, surface, draws, least_cosine, narrowest, widest):
                 continue
             end = add(origin, scale(distances[k], direction))
             j = nearest(surface.grid, end, -1)
-            smooth = dot(get(surface.normals, j), direction)
+            seen = norm(subtract(end, get(surface.grid.points, j))) <= UNSEEN * surface.spacing
+            smooth = dot(get(surface.normals, j), direction) if seen else flat
             if smooth >= least_cosine:
-                if not seen:
-                    near, seen = min(near, _mean_cosine(surface, i, scale(-1.0, direction))), True
+                if not judged:
+                    near, judged = min(near, _mean_cosine(surface, i, scale(-1.0, direction))), True
                 put(first, found, origin)
                 put(second, found, end)
-                seats[found] = min(near, flat, smooth, _mean_cosine(surface, j, direction))
+                seats[found] = min(near, flat, smooth, _mean_cosine(surface, j, direction) if seen else flat)
                 found += 1
     return first[:found], second[:found], seats[:found]
 

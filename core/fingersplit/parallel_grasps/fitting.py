@@ -25,7 +25,7 @@ from fingersplit.vectors import (
     subtract,
 )
 
-__all__ = ["Fit", "fit_pads", "new_fit", "palm_equations", "width_step"]
+__all__ = ["Fit", "fit_pads", "get_column", "new_fit", "pair_points", "palm_equations", "width_step"]
 
 ITERATIONS = 15
 LEAST_GAIN = 0.005

@@ -7,36 +7,34 @@ import numpy as np
 from fingersplit.compilation import kernel
 from fingersplit.vectors import get, norm, subtract
 
-__all__ = ["spread_pairs"]
+__all__ = ["COVERING", "spread_pairs"]
 
-CLOSING_IN = 0.7
-"""Factor from one least distance to the next."""
+COVERING = (0.5, 0.1, 0.02)
+"""Distances for ``spread_pairs`` as shares of an object's radius: one pair for every region, then the best ones as long
+as they differ clearly, then at all."""
 
 
 @kernel
-def spread_pairs(first, second, count, widest, narrowest):
+def spread_pairs(first, second, count, distances):
     """Indices of at most ``count`` pairs that differ, in their given order, which is best first.
 
-    Best first as long as they are ``widest`` apart; then closer and closer ones fill the gaps. So the best of every
+    Best first as long as they are the first of ``distances`` apart, then the second, and so on: the best of every
     region is in before the second best of any, and near doubles never are.
 
     Args:
         first: One contact of each pair, (n, 3) [m].
         second: The other, (n, 3) [m].
         count: Most pairs to choose.
-        widest: Distance between pairs that the first choice keeps [m].
-        narrowest: Distance that no two chosen pairs fall below [m].
+        distances: Least distances between chosen pairs, falling; none comes nearer to another than the last [m].
     """
-    chosen, gaps = np.zeros(len(first), np.bool_), np.full(len(first), math.inf)
-    found, least = 0, widest
-    while found < count and least >= narrowest:
+    chosen, gaps, found = np.zeros(len(first), np.bool_), np.full(len(first), math.inf), 0
+    for least in distances:
         for i in range(len(first)):
             if found < count and gaps[i] >= least:
                 chosen[i] = True
                 found += 1
                 for j in range(len(first)):
                     gaps[j] = min(gaps[j], _distance(first, second, i, j))
-        least *= CLOSING_IN
     return np.nonzero(chosen)[0]
 
 

@@ -11,9 +11,9 @@ from fingersplit.objects.model import ObjectModel
 from fingersplit.parallel_grasps.fitting import new_fit
 from fingersplit.parallel_grasps.grasp_set import ParallelGrasps
 from fingersplit.parallel_grasps.guided_starts import GripperBody, guided_fits
-from fingersplit.parallel_grasps.spread import spread_pairs
+from fingersplit.parallel_grasps.spread import COVERING, spread_pairs
 
-__all__ = ["PadGripper", "fit_surfaces"]
+__all__ = ["PadGripper", "fit_surfaces", "surface_fits"]
 
 STARTS_PER_GRASP = 4
 START_SAMPLES, REGIONS = 2_000, 32
@@ -21,8 +21,6 @@ NORMAL_SHARE = 0.5
 """What a normal turned by a radian counts between regions, as a share of the object's radius."""
 PAD_POINTS = 5
 """Rows and columns of points that stand for a pad; odd, so that one of them is its centre."""
-WIDEST_SPREAD, NARROWEST_SPREAD = 0.4, 0.02
-"""Distance of grasps at first and at last, as shares of the object's radius."""
 
 
 @dataclass(frozen=True)
@@ -86,7 +84,24 @@ def fit_surfaces(
         At most ``count`` grasps, those first whose pads rest most squarely near the centre of mass; empty when none
         holds. Contacts are the object's nearest points to the pads' centres, approaches the gripper's.
     """
-    starts = STARTS_PER_GRASP * count
+    seats, contacts, approaches = surface_fits(model, STARTS_PER_GRASP * count, gripper, friction, rng)
+    off_center = np.linalg.norm(contacts.mean(axis=1) - model.center_of_mass, axis=1) / model.radius
+    order = np.argsort(off_center - seats, kind="stable")
+    order = order[seats[order] > 0]
+    ends = np.ascontiguousarray(contacts[order, 0]), np.ascontiguousarray(contacts[order, 1])
+    kept = order[spread_pairs(*ends, count, model.radius * np.array(COVERING))]
+    return ParallelGrasps(contacts[kept], approaches[kept])
+
+
+def surface_fits(
+    model: ObjectModel, starts: int, gripper: PadGripper, friction: float, rng: np.random.Generator
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """What comes of every start, in their order.
+
+    Returns:
+        How squarely the pads rest (n,), the worse pad's share, 0 where a start came to nothing; contacts (n, 2, 3) [m]
+        and approaches (n, 3).
+    """
     contacts, approaches = np.zeros((starts, 2, 3)), np.zeros((starts, 3))
     pad = gripper.pad_points
     seats, _, _ = guided_fits(
@@ -103,12 +118,7 @@ def fit_surfaces(
         contacts,
         approaches,
     )
-    off_center = np.linalg.norm(contacts.mean(axis=1) - model.center_of_mass, axis=1) / model.radius
-    order = np.argsort(off_center - seats, kind="stable")
-    order = order[seats[order] > 0]
-    ends = np.ascontiguousarray(contacts[order, 0]), np.ascontiguousarray(contacts[order, 1])
-    kept = order[spread_pairs(*ends, count, WIDEST_SPREAD * model.radius, NARROWEST_SPREAD * model.radius)]
-    return ParallelGrasps(contacts[kept], approaches[kept])
+    return seats, contacts, approaches
 
 
 def _regions(model: ObjectModel, rng: np.random.Generator) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

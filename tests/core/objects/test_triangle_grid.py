@@ -43,7 +43,7 @@ def test_every_crossing_is_found_once(prepared, name):
         distances, faces = crossings(model.triangles, origin, direction)
         np.testing.assert_allclose(distances, brute_force(model.mesh, origin, direction), atol=1e-12)
         points = origin + distances[:, None] * direction
-        corners = model.mesh.vertices[model.mesh.faces[faces], 0]
+        corners = model.mesh.vertices[model.mesh.faces[faces, 0]]
         normals = model.mesh.trimesh.face_normals[faces]
         np.testing.assert_allclose(np.einsum("ij,ij->i", points - corners, normals), 0, atol=1e-12)
 

@@ -25,9 +25,10 @@ def test_pads_meet_what_stands_out_first(prepared):
     model = prepared("ellipsoid")
     half = model.mesh.extents[0] / 2
     middle = model.mesh.bounds.mean(axis=0)
-    touched, points = close(model, center=middle + (0, 0.006, 0))
+    offset = middle + np.array([0, 0.012, 0])
+    touched, points = close(model, center=offset, opening=0.12)
     assert touched
-    touched, pads = close(model, center=middle + (0, 0.006, 0), pad=(0.016, 0.016))
+    touched, pads = close(model, center=offset, opening=0.12, pad=(0.03, 0.016))
     assert touched
     assert pads[0, 0] > points[0, 0]
     assert half - 1.5e-3 < pads[0, 0] - middle[0] <= half

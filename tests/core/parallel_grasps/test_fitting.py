@@ -77,7 +77,7 @@ def test_pads_settle_on_a_box(prepared):
     fit, pad = new_fit(2 * len(gripper.pad_points)), gripper.pad_points
     true_rotation = np.column_stack([[0, 1, 0], [1, 0, 0], [0, 0, -1]])  # jaw along x, approach downwards
     fit.rotation[:] = Rotation.from_rotvec([0.0, 0.15, 0.1]).as_matrix() @ true_rotation
-    fit.position[:], fit.width[0] = model.mesh.bounds.mean(axis=0) + (0.002, 0, 0), 0.046
+    fit.position[:], fit.width[0] = model.mesh.bounds.mean(axis=0) + 0.002 * np.eye(3)[0], 0.046
     fit_pads(model.surface, pad, gripper.opening, (0.0, 0.0, -1.0), fit)
     assert fit.width[0] == pytest.approx(0.05, abs=1e-4)
     assert abs(fit.rotation[0, 1]) > math.cos(0.01)

@@ -22,7 +22,7 @@ def test_contacts_lie_on_opposite_sides_of_the_surface(prepared, exact_mesh, nam
     model = prepared(name)
     grasps = fitted(model)
     assert len(grasps) >= 4
-    nearest, distances = exact_mesh(model.mesh).closest(grasps.contacts.reshape(-1, 3))
+    distances = exact_mesh(model.mesh).distance(grasps.contacts.reshape(-1, 3))
     assert distances.max() < 1e-6
     jaws = grasps.contacts[:, 0] - grasps.contacts[:, 1]
     widths = np.linalg.norm(jaws, axis=1)
