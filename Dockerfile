@@ -1,8 +1,7 @@
-# The service, with its kernels compiled. It listens on loopback inside the container, because there are no API keys yet.
-# To reach it from the host, and from nowhere else:
+# The service, with its kernels compiled. Without API keys it listens on loopback inside the container only:
 #   docker build -t fingersplit .
-#   docker run --rm -p 127.0.0.1:8000:8000 -v fingersplit:/data \
-#     -e FINGERSPLIT_HOST=0.0.0.0 -e FINGERSPLIT_ALLOW_UNAUTHENTICATED=true fingersplit
+#   docker run --rm -v fingersplit:/data fingersplit fingersplit keys create robot-7
+#   docker run --rm -p 8000:8000 -v fingersplit:/data -e FINGERSPLIT_HOST=0.0.0.0 fingersplit
 
 FROM python:3.11-slim AS build
 ENV PIP_DISABLE_PIP_VERSION_CHECK=1 PIP_NO_CACHE_DIR=1
@@ -20,6 +19,7 @@ ENV PATH=/opt/fingersplit/bin:$PATH \
     PYTHONUNBUFFERED=1 \
     MUJOCO_GL=disable \
     NUMBA_CACHE_DIR=/var/cache/fingersplit \
+    FINGERSPLIT_VIEWER_DIR=/var/cache/fingersplit \
     FINGERSPLIT_DATA_DIR=/data
 RUN useradd --system --create-home fingersplit \
     && mkdir -p /data "$NUMBA_CACHE_DIR" \
@@ -27,7 +27,7 @@ RUN useradd --system --create-home fingersplit \
 COPY --from=build /opt/fingersplit /opt/fingersplit
 USER fingersplit
 # Compiled for the CPU of the machine that builds; on another kind of CPU the first start compiles again.
-RUN fingersplit warm
+RUN fingersplit warm && fingersplit setup-viewer
 VOLUME /data
 EXPOSE 8000
 HEALTHCHECK --interval=10s --timeout=3s --start-period=120s CMD ["python", "-c", "\

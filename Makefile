@@ -2,7 +2,7 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
-PYPROJECTS := core/pyproject.toml clients/python/pyproject.toml service/pyproject.toml
+PYPROJECTS := core/pyproject.toml clients/python/pyproject.toml service/pyproject.toml benchmarks/pyproject.toml
 COMPILE_LOCK := uv pip compile --universal --python-version 3.11 --generate-hashes --no-header --no-annotate \
 	--no-emit-package fingersplit --no-emit-package fingersplit-client $(PYPROJECTS) --quiet
 
@@ -17,20 +17,21 @@ help:
 	@echo "make test      set up, then lint, types and tests (under 10 minutes on 2 cores)"
 	@echo "make test-all  the long campaigns: every object, hostile files, faults"
 	@echo "make serve     the service on http://127.0.0.1:8000 (interactive documentation at /docs)"
-	@echo "make bench     speed and quality over objects; report in build/bench"
+	@echo "make bench     speed, quality and the paper's tables; report in build/bench"
 	@echo "make lock      resolve the pinned requirements again (needs uv)"
 	@echo "make clean     remove .venv, build/ and compiled kernels"
 
 demo: $(VENV)/.kernels
 	@$(BIN)/python examples/demo.py
 
-serve: $(VENV)/.kernels
+serve: $(VENV)/.kernels $(VENV)/.viewer
 	@$(BIN)/fingersplit serve
 
-bench: $(VENV)/.kernels
-	@$(BIN)/python -m benchmarks --report build/bench
+bench: $(VENV)/.dev $(VENV)/.kernels
+	@$(BIN)/fingersplit bench --report build/bench
 
-test: $(VENV)/.dev $(VENV)/.kernels
+test: $(VENV)/.dev $(VENV)/.kernels $(VENV)/.viewer
+	@$(BIN)/python tests/support/chromium.py
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
@@ -45,7 +46,7 @@ lock:
 
 clean:
 	rm -rf $(VENV) build
-	find core service clients tests -name __pycache__ -prune -exec rm -rf {} +
+	find core service clients benchmarks tests -name __pycache__ -prune -exec rm -rf {} +
 
 $(VENV)/bin/pip:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
@@ -56,13 +57,17 @@ $(VENV)/bin/pip:
 $(VENV)/.run: requirements/run.lock $(PYPROJECTS) | $(VENV)/bin/pip
 	@echo "==> Installing the pinned requirements (downloads about 250 MB the first time; a minute or two)"
 	@$(BIN)/pip install --quiet --require-hashes -r requirements/run.lock
-	@echo "==> Installing fingersplit, its service and its client from this checkout"
-	@$(BIN)/pip install --quiet --no-deps --no-build-isolation -e core -e clients/python -e service
+	@echo "==> Installing fingersplit, its service, client and benchmarks from this checkout"
+	@$(BIN)/pip install --quiet --no-deps --no-build-isolation -e core -e clients/python -e service -e benchmarks
 	@touch $@
 
 $(VENV)/.dev: requirements/dev.lock $(VENV)/.run
 	@echo "==> Installing the pinned test tools"
 	@$(BIN)/pip install --quiet --require-hashes -r requirements/dev.lock
+	@touch $@
+
+$(VENV)/.viewer: $(VENV)/.run
+	@$(BIN)/fingersplit setup-viewer
 	@touch $@
 
 $(VENV)/.kernels: $(VENV)/.run

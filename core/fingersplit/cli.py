@@ -15,6 +15,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from fingersplit.errors import ExchangeError, FingersplitError
+from fingersplit.record_command import record, review, setup_viewer
 from fingersplit.verify_command import named_values, verify_stored
 
 __all__ = ["main"]
@@ -76,6 +77,9 @@ def plan(
         Path | None, typer.Option("--json", help="Write the result document here; - for standard output.")
     ] = None,
     picture: Annotated[Path | None, typer.Option(help="Write a PNG of the best grasp here.")] = None,
+    recording: Annotated[
+        Path | None, typer.Option(help="Record how the best grasp came about here, .rrd; see `fingersplit review`.")
+    ] = None,
     verified: Annotated[int, typer.Option(help="Verify ranked grasps in MuJoCo until so many hold.", min=0)] = 0,
     protocol: Annotated[
         str, typer.Option(help="What is done with the held object; see `fingersplit verify`.")
@@ -132,6 +136,9 @@ def plan(
         if picture is not None:
             report("drawing", 0.0)
             _draw(result, picture)
+        if recording is not None and result.grasps:
+            report("recording", 0.0)
+            _record(result, recording)
     to_stdout = json_file is not None and str(json_file) == "-"
     if to_stdout:
         typer.echo(json.dumps(document, indent=2))
@@ -190,12 +197,19 @@ def warm() -> None:
 
 
 app.command("verify")(verify_stored)
+app.command()(record)
+app.command()(review)
+app.command()(setup_viewer)
 
 
 def main() -> None:
     """Run the program; bad input ends with one sentence on standard error and exit code 2."""
     for entry in entry_points(group="fingersplit.commands"):
-        app.command(entry.name)(entry.load())
+        command = entry.load()
+        if isinstance(command, typer.Typer):
+            app.add_typer(command, name=entry.name)
+        else:
+            app.command(entry.name)(command)
     try:
         app()
     except FingersplitError as error:
@@ -227,6 +241,12 @@ def _draw(result: Any, picture: Path) -> None:
         traces = Path(folder) / "traces.npz"
         result.save_traces(traces)
         draw_stored(traces, result.model.mesh, 1, picture)
+
+
+def _record(result: Any, recording: Path) -> None:
+    from fingersplit.recording.run_recording import record_run
+
+    record_run(recording, result.model, result.hand, result.grasps[0])
 
 
 def _table(document: dict[str, Any]) -> Table:

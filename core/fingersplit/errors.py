@@ -8,8 +8,10 @@ __all__ = [
     "FingersplitError",
     "MeshError",
     "ParallelGraspError",
+    "ResultError",
     "SettingsError",
     "UnknownHandError",
+    "ViewerError",
 ]
 
 
@@ -59,3 +61,11 @@ class SettingsError(FingersplitError):
 
 class ExchangeError(FingersplitError):
     """A file or document of another tool's format that does not say what the format promises."""
+
+
+class ResultError(FingersplitError):
+    """A stored result that is none, or that does not come out again."""
+
+
+class ViewerError(FingersplitError):
+    """The viewer of recordings cannot be set up or started."""

@@ -1,6 +1,6 @@
 """The whole way on one screen: object and hand, parallel grasps, starts, finger splitting, ranked grasps."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from time import perf_counter
 
 import numpy as np
@@ -15,13 +15,12 @@ from fingersplit.plan import Plan
 from fingersplit.ranking import describe_outcome, rank_runs
 from fingersplit.splitting.settings import PlannerSettings
 from fingersplit.splitting.starts import build_problem, choose_starts, split_starts
+from fingersplit.threads import Progress
 
 __all__ = ["plan"]
 
 FARTHEST_CONTACT = 5e-3
 """Most that a given contact may lie off the surface [m]."""
-
-Progress = Callable[[str, float], None]
 
 
 def plan(
@@ -49,7 +48,7 @@ def plan(
         seed: Seed of every random choice.
         top_k: Most grasps to return.
         settings: Parameters of the splitting; None for the defaults.
-        threads: Threads that screen and split; the answer does not depend on it.
+        threads: Threads that screen, split and judge; the answer does not depend on it.
         progress: Called with a stage name and the share of that stage that is done, 0..1.
 
     Returns:
@@ -84,7 +83,7 @@ def plan(
     watch.lap("mapping")
     runs = split_starts(problem, hand, chosen, threads=threads, report=report)
     watch.lap("splitting")
-    grasps = rank_runs(model, runs, top_k, settings)
+    grasps = rank_runs(model, runs, top_k, settings, threads)
     watch.lap("ranking")
     report("ranking", 1.0)
     message = describe_outcome(len(parallel_grasps), runs, hand, settings)

@@ -23,7 +23,7 @@ SAME_POSITION, SAME_ROTATION = 5e-3, 0.1
 
 
 def rank_runs(
-    model: ObjectModel, runs: Sequence[Run], top_k: int, settings: PlannerSettings
+    model: ObjectModel, runs: Sequence[Run], top_k: int, settings: PlannerSettings, threads: int = 1
 ) -> tuple[PlannedGrasp, ...]:
     """The best ``top_k`` runs that are not nearly a better one, with metrics, forces and surroundings.
 
@@ -32,9 +32,12 @@ def rank_runs(
     """
     if not runs:
         return ()
-    holdings = assess_holding(_contacts(runs), model.surface, settings.friction, model.mass, model.center_of_mass)
+    holdings = assess_holding(
+        _contacts(runs), model.surface, settings.friction, model.mass, model.center_of_mass, threads
+    )
     order = sorted(
-        range(len(runs)), key=lambda i: (len(runs[i].violations), -holdings[i].margin, -float(runs[i].last.quality))
+        range(len(runs)),
+        key=lambda i: (runs[i].outcome.violations, -holdings[i].margin, -runs[i].last.quality),
     )
     kept: list[int] = []
     for i in order:
@@ -81,10 +84,10 @@ def _direction_name(direction: np.ndarray) -> str:
 
 def _contacts(runs: Sequence[Run]) -> Contacts:
     """Contacts of all final grasps as arrays."""
-    hand, last = runs[0].hand, np.array([run.last for run in runs])
-    fingers = len(hand.fingers)
-    columns = (np.ascontiguousarray(last[name][:, :fingers]) for name in ("contacts", "normals", "jacobians"))
-    points, normals, jacobians = columns
+    hand = runs[0].hand
+    points, normals, jacobians = (
+        np.array([run.last[name][: len(hand.fingers)] for run in runs]) for name in ("contacts", "normals", "jacobians")
+    )
     return Contacts(points, normals, jacobians, hand.finger_torque_limits)
 
 

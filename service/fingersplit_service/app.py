@@ -6,12 +6,25 @@ from contextlib import asynccontextmanager
 from fastapi import FastAPI
 from fastapi_offline import FastAPIOffline
 
-from fingersplit_service.body_limit import BodyLimit
-from fingersplit_service.endpoints import hands, health, jobs, objects
+from fingersplit_service.endpoints import (
+    batches,
+    events,
+    grasps,
+    hands,
+    health,
+    jobs,
+    objects,
+    parallel_grasps,
+    sessions,
+)
 from fingersplit_service.jobs.tasks import Tasks
 from fingersplit_service.openapi import DESCRIPTION, TAGS, describe
+from fingersplit_service.operations.metrics import Metrics
 from fingersplit_service.problems import add_problem_handlers
+from fingersplit_service.review import exports, pages, viewer, views
 from fingersplit_service.runtime import running
+from fingersplit_service.security.body_limit import BodyLimit
+from fingersplit_service.security.guard import Guard
 from fingersplit_service.settings import ServiceSettings
 
 __all__ = ["create_app"]
@@ -26,11 +39,11 @@ def create_app(settings: ServiceSettings | None = None, tasks: Tasks | None = No
         settings: By default those of the environment.
         tasks: What the workers run; by default the planner.
     """
-    chosen = settings or ServiceSettings()
+    chosen, metrics = settings or ServiceSettings(), Metrics()
 
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
-        async with running(chosen, tasks or Tasks()) as runtime:
+        async with running(chosen, tasks or Tasks(), metrics) as runtime:
             app.state.runtime = runtime
             yield
 
@@ -48,9 +61,12 @@ def create_app(settings: ServiceSettings | None = None, tasks: Tasks | None = No
         lifespan=lifespan,
         redoc_url=None,
     )
-    for resource in (objects, jobs, hands, health):
+    for resource in (objects, parallel_grasps, jobs, grasps, views, exports, events, batches, hands, sessions, health):
         app.include_router(resource.router)
+    for part in (pages, viewer):
+        app.include_router(part.router)
     add_problem_handlers(app)
-    app.add_middleware(BodyLimit, limit_of=body_limit)
+    app.add_middleware(BodyLimit, limit_of=body_limit, timeout_s=chosen.body_timeout_s)
+    app.add_middleware(Guard, settings=chosen, metrics=metrics)
     describe(app)
     return app

@@ -1,53 +1,145 @@
-"""The subcommand `fingersplit serve`."""
+"""The subcommands `fingersplit serve`, `fingersplit keys` and `fingersplit doctor`."""
 
+import asyncio
 import sys
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-__all__ = ["serve"]
+if TYPE_CHECKING:
+    from fingersplit_service.database.keys import KeyStore
+    from fingersplit_service.settings import ServiceSettings
 
-_GRACE = 10  # for answers under way when the service is told to stop [s]
+__all__ = ["create_key", "doctor", "keys", "list_keys", "revoke_key", "serve"]
+
+_BAD_INPUT = 2
+
+DataDirectory = Annotated[Path | None, typer.Option(help="Where all data are kept.")]
+
+keys = typer.Typer(no_args_is_help=True, help="Create, list and revoke the API keys of the service.")
 
 
 def serve(
     host: Annotated[
-        str | None, typer.Option(help="Address to listen on; loopback only.", show_default="127.0.0.1")
+        str | None, typer.Option(help="Address to listen on; beyond loopback with keys.", show_default="127.0.0.1")
     ] = None,
     port: Annotated[int | None, typer.Option(help="Port to listen on.", show_default="8000")] = None,
     workers: Annotated[int | None, typer.Option(help="Number of worker processes.", show_default="2")] = None,
-    data_dir: Annotated[Path | None, typer.Option(help="Where all data are kept.")] = None,
+    data_dir: DataDirectory = None,
+    show_settings: Annotated[bool, typer.Option("--show-settings", help="Print every setting and end.")] = False,
 ) -> None:
     """Serve grasp planning over HTTP until interrupted.
 
-    Every option can also be set in the environment: FINGERSPLIT_HOST, FINGERSPLIT_PORT, FINGERSPLIT_WORKERS,
-    FINGERSPLIT_DATA_DIR.
+    Every setting can also be given in the environment, such as FINGERSPLIT_PORT, or in a TOML file that
+    FINGERSPLIT_CONFIG names; --show-settings lists them.
     """
     # Imported here, because every `fingersplit` command loads this module.
-    import uvicorn
+    from fingersplit_service.app import create_app
+    from fingersplit_service.database.connection import StorageUnavailable
+    from fingersplit_service.listening import serve_app
+    from fingersplit_service.security.exposure import Exposed, refuse_exposure
+    from fingersplit_service.settings import settings_table
+    from fingersplit_service.storage import DataDirectoryInUse, Storage
+
+    if show_settings:
+        typer.echo(settings_table())
+        return
+    settings = _settings(host=host, port=port, workers=workers, data_dir=data_dir)
+    try:
+        with _key_store(settings) as store:
+            asyncio.run(refuse_exposure(settings, store))
+        with Storage(settings.data_dir.absolute()).lock():
+            pass
+    except (Exposed, DataDirectoryInUse, StorageUnavailable, OSError) as error:
+        typer.echo(str(error), err=True)
+        raise typer.Exit(_BAD_INPUT) from None
+    sys.stdout.write(f"Fingersplit: http://{settings.host}:{settings.port}/docs, data in {settings.data_dir}\n")
+    sys.stdout.flush()
+    serve_app(create_app(settings), settings)
+
+
+@keys.command("create")
+def create_key(
+    name: Annotated[str, typer.Argument(help="Whose key it is, for people.")],
+    scopes: Annotated[str, typer.Option(help="What it may do: read, plan, admin, separated by commas.")] = "read,plan",
+    data_dir: DataDirectory = None,
+) -> None:
+    """Create a key and print it; it cannot be shown again."""
+    from fingersplit_service.database.keys import SCOPES
+
+    wanted = [scope for scope in SCOPES if scope in scopes.split(",")]
+    unknown = set(scopes.split(",")) - set(SCOPES)
+    if unknown or not wanted:
+        typer.echo(f"Unknown scopes: {', '.join(sorted(unknown))}; known: {', '.join(SCOPES)}.", err=True)
+        raise typer.Exit(_BAD_INPUT)
+    with _key_store(_settings(data_dir=data_dir)) as store:
+        typer.echo(asyncio.run(store.create(name, wanted)))
+
+
+@keys.command("list")
+def list_keys(data_dir: DataDirectory = None) -> None:
+    """List the keys, without their secrets."""
+    from datetime import UTC, datetime
+
+    with _key_store(_settings(data_dir=data_dir)) as store:
+        rows = asyncio.run(store.all())
+    for row in rows:
+        made = datetime.fromtimestamp(row.created_at, UTC)
+        state = "active" if row.revoked_at is None else "revoked"
+        typer.echo(f"{row.id}  {state:7}  {made:%Y-%m-%d %H:%M} UTC  {','.join(row.scopes):15}  {row.name}")
+
+
+@keys.command("revoke")
+def revoke_key(
+    key_id: Annotated[str, typer.Argument(help="Id of the key, as `fingersplit keys list` shows it.")],
+    data_dir: DataDirectory = None,
+) -> None:
+    """End a key; a running service refuses it within a second."""
+    with _key_store(_settings(data_dir=data_dir)) as store:
+        if not asyncio.run(store.revoke(key_id)):
+            typer.echo(f"There is no active key {key_id!r}; see `fingersplit keys list`.", err=True)
+            raise typer.Exit(_BAD_INPUT)
+
+
+def doctor(data_dir: DataDirectory = None) -> None:
+    """Check this installation and say what is wrong; the exit code is 1 when something is."""
+    from fingersplit_service.operations.doctor import examine
+
+    findings = examine(_settings(data_dir=data_dir))
+    for finding in findings:
+        typer.echo(f"{'ok   ' if finding.fine else 'WRONG'}  {finding.what}: {finding.detail}")
+    if not all(finding.fine for finding in findings):
+        raise typer.Exit(1)
+
+
+def _settings(**options: Any) -> "ServiceSettings":
+    """The settings; ends the program with a sentence for each that is not valid."""
     from pydantic import ValidationError
 
-    from fingersplit_service.app import create_app
     from fingersplit_service.settings import ServiceSettings
 
-    options: dict[str, Any] = {"host": host, "port": port, "workers": workers, "data_dir": data_dir}
     try:
-        settings = ServiceSettings(**{name: value for name, value in options.items() if value is not None})
+        return ServiceSettings(**{name: value for name, value in options.items() if value is not None})
     except ValidationError as error:
         for one in error.errors():
             where = " ".join(f"{part}:" for part in one["loc"])
             typer.echo(f"{where} {one['msg'].removeprefix('Value error, ')}".lstrip(), err=True)
-        raise typer.Exit(2) from None
-    sys.stdout.write(f"Fingersplit: http://{settings.host}:{settings.port}/docs, data in {settings.data_dir}\n")
-    sys.stdout.flush()
-    config = uvicorn.Config(
-        create_app(settings),
-        host=settings.host,
-        port=settings.port,
-        log_level="info",
-        timeout_graceful_shutdown=_GRACE,
-    )
-    with suppress(KeyboardInterrupt):  # uvicorn repeats the signal once it has stopped cleanly
-        uvicorn.Server(config).run()
+        raise typer.Exit(_BAD_INPUT) from None
+
+
+@contextmanager
+def _key_store(settings: "ServiceSettings") -> Iterator["KeyStore"]:
+    """The keys of a data directory or database, opened."""
+    from fingersplit_service.database.connection import Database, database_url
+    from fingersplit_service.database.keys import KeyStore
+    from fingersplit_service.storage import Storage
+
+    settings.data_dir.mkdir(parents=True, exist_ok=True)
+    database = Database(database_url(settings.database_url, Storage(settings.data_dir).database))
+    try:
+        yield KeyStore(database)
+    finally:
+        database.close()

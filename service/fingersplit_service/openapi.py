@@ -20,21 +20,35 @@ Upload a mesh, queue a job, get ranked grasps: palm pose, joint angles and conta
 * Points and directions are in the object frame, the frame of the uploaded mesh. Surface normals point out of
   the object.
 * Quaternions are `wxyz`, unit length, and rotate from the palm frame to the object frame.
+* Once the service has API keys, every request needs one, as `Authorization: Bearer KEY`; a key sees only what was
+  made with it.
 * Every error is a problem document (RFC 9457) with a stable `type`.
 """
 TAGS = [
     {"name": "objects", "description": "Meshes to plan for. Equal meshes are one object."},
     {"name": "jobs", "description": "Plans: queued, run by a worker process, and kept."},
+    {"name": "batches", "description": "Many jobs in one request."},
     {"name": "hands", "description": "Hands that can be planned for."},
+    {"name": "sessions", "description": "For browsers, which keep a key in a cookie."},
     {"name": "health", "description": "For whoever operates the service."},
 ]
+_MAKERS = {"/v1/objects": "object_id", "/v1/jobs": "job_id", "/v1/batches": "batch_id"}
+_EVERYWHERE = (
+    ProblemKind.BAD_REQUEST,
+    ProblemKind.UNAUTHENTICATED,
+    ProblemKind.FORBIDDEN,
+    ProblemKind.TOO_SLOW,
+    ProblemKind.TOO_LARGE,
+    ProblemKind.INTERNAL,
+    ProblemKind.STORAGE,
+)
 _PROBLEM_REFERENCE = {"$ref": "#/components/schemas/Problem"}
 
 
 def problem_answers(*kinds: ProblemKind) -> dict[int | str, dict[str, Any]]:
-    """The ``responses`` of an endpoint that may end in these kinds of problems, besides an internal error."""
+    """The ``responses`` of an endpoint that may end in these kinds of problems, besides those of every request."""
     answers: dict[int | str, dict[str, Any]] = {}
-    for kind in (*kinds, ProblemKind.INTERNAL):
+    for kind in (*kinds, *_EVERYWHERE):
         answer = answers.setdefault(
             kind.status,
             {
@@ -68,6 +82,7 @@ def _complete_schema(app: FastAPI) -> dict[str, Any]:
         routes=app.routes,
         tags=app.openapi_tags,
     )
+    _add_links(schema["paths"])
     components = schema["components"]["schemas"]
     problem = Problem.model_json_schema(ref_template="#/components/schemas/{model}")
     components.update(problem.pop("$defs"), Problem=problem)
@@ -77,3 +92,25 @@ def _complete_schema(app: FastAPI) -> dict[str, Any]:
         for one in fields(PlannerSettings)
     )
     return schema
+
+
+def _add_links(paths: dict[str, Any]) -> None:
+    """Say which operations take the id of what another operation made."""
+    for maker, parameter in _MAKERS.items():
+        users = {
+            operation["operationId"]: operation
+            for path, operations in paths.items()
+            for operation in operations.values()
+            if f"{{{parameter}}}" in path and path != maker
+        }
+        links = {
+            name: {
+                "operationId": name,
+                "parameters": {parameter: "$response.body#/id"},
+                "description": f"{operation['summary']}: its `{parameter}` is this answer's `id`.",
+            }
+            for name, operation in users.items()
+        }
+        for status, answer in paths[maker]["post"]["responses"].items():
+            if status.startswith("2"):
+                answer["links"] = links

@@ -1,15 +1,17 @@
-"""Settings of the service, from ``FINGERSPLIT_...`` environment variables or from the command line."""
+"""Settings of the service: from the command line, ``FINGERSPLIT_...`` environment variables, or a TOML file."""
 
 import ipaddress
 import os
 from pathlib import Path
+from typing import Literal
 
-from pydantic import Field, PositiveFloat, PositiveInt, model_validator
-from pydantic_settings import BaseSettings, SettingsConfigDict
+from pydantic import Field, PositiveFloat, PositiveInt
+from pydantic_settings import BaseSettings, PydanticBaseSettingsSource, SettingsConfigDict, TomlConfigSettingsSource
 
-__all__ = ["ServiceSettings"]
+__all__ = ["ServiceSettings", "is_loopback", "settings_table"]
 
 _MIB = 2**20
+_DAY = 86_400.0
 
 
 def _default_data_dir() -> Path:
@@ -24,46 +26,98 @@ def _default_workers() -> int:
 class ServiceSettings(BaseSettings):
     """Everything about a service that can be chosen.
 
+    An option wins over the environment, the environment over the file that ``FINGERSPLIT_CONFIG`` names.
+
     Raises:
-        pydantic.ValidationError: A value out of range, or a host that is not loopback without
-            ``allow_unauthenticated``.
+        pydantic.ValidationError: A value out of range.
     """
 
-    model_config = SettingsConfigDict(env_prefix="FINGERSPLIT_", frozen=True)
+    model_config = SettingsConfigDict(env_prefix="FINGERSPLIT_", frozen=True, extra="forbid")
 
-    host: str = Field(default="127.0.0.1", description="Address to listen on.")
+    host: str = Field(default="127.0.0.1", description="Address to listen on; beyond loopback only with API keys.")
     port: int = Field(default=8000, ge=0, le=65535, description="Port to listen on.")
-    allow_unauthenticated: bool = Field(
-        default=False,
-        description="Listen on an address that is not loopback although anyone there can use it.",
+    allowed_hosts: tuple[str, ...] = Field(
+        default=(), description="Names by which clients may address a service without keys, besides loopback."
     )
-    workers: PositiveInt = Field(default_factory=_default_workers, description="Number of worker processes.")
+    allow_unauthenticated: bool = Field(
+        default=False, description="Listen beyond loopback without API keys, although anyone there can use it."
+    )
+    workers: PositiveInt = Field(default_factory=_default_workers, description="Worker processes that work at once.")
+    spare_workers: int = Field(
+        default=1, ge=0, description="Warm worker processes kept to take over at once when another dies."
+    )
     data_dir: Path = Field(default_factory=_default_data_dir, description="Where all data are kept.")
+    database_url: str | None = Field(
+        default=None, description="PostgreSQL database to keep the tables in; by default a file in data_dir."
+    )
     max_upload_bytes: PositiveInt = Field(default=64 * _MIB, description="Largest mesh file [bytes].")
     max_request_bytes: PositiveInt = Field(default=_MIB, description="Largest body of other requests [bytes].")
+    max_queued_jobs: PositiveInt = Field(default=10_000, description="Most jobs that may wait.")
+    max_connections: PositiveInt = Field(default=1_000, description="Most connections at once.")
+    header_timeout_s: PositiveFloat = Field(default=10.0, description="Longest time for a request's headers [s].")
+    body_timeout_s: PositiveFloat = Field(default=60.0, description="Longest time for a request's body [s].")
+    max_wait_s: PositiveFloat = Field(default=300.0, description="Longest time that `Prefer: wait` may ask for [s].")
     worker_memory_bytes: PositiveInt = Field(
         default=4096 * _MIB, description="Address space of one worker process [bytes]."
     )
-    plan_deadline_s: PositiveFloat = Field(default=300.0, description="Longest time for planning one job [s].")
+    worker_recycle_bytes: PositiveInt = Field(
+        default=1024 * _MIB, description="Memory in use beyond which a free worker is replaced [bytes]."
+    )
+    plan_deadline_s: PositiveFloat = Field(default=300.0, description="Longest time for one job [s].")
     inspection_deadline_s: PositiveFloat = Field(default=60.0, description="Longest time for one upload's mesh [s].")
-    picture_deadline_s: PositiveFloat = Field(default=60.0, description="Longest time for drawing one picture [s].")
+    picture_deadline_s: PositiveFloat = Field(
+        default=60.0, description="Longest time for one picture, mesh file or set of parallel grasps [s]."
+    )
     warm_deadline_s: PositiveFloat = Field(
         default=600.0, description="Longest time for a worker to start; the first compiles the kernels [s]."
     )
+    lease_s: PositiveFloat = Field(
+        default=30.0, description="How long a job stays with a service process that shows no sign of life [s]."
+    )
+    stop_grace_s: float = Field(
+        default=2.0, ge=0, description="How long running jobs may go on when the service is told to stop [s]."
+    )
+    keep_jobs_s: PositiveFloat = Field(default=90 * _DAY, description="How long ended jobs are kept [s].")
+    keep_recordings_s: PositiveFloat = Field(
+        default=30 * _DAY, description="How long the files of ended jobs are kept: pictures, traces, recordings [s]."
+    )
+    keep_objects_s: PositiveFloat = Field(
+        default=365 * _DAY, description="How long an object is kept that nobody uploads or plans for [s]."
+    )
+    log_format: Literal["text", "json"] = Field(default="text", description="How log lines are written.")
+    log_level: Literal["debug", "info", "warning", "error"] = Field(default="info", description="Least level logged.")
+    otlp_endpoint: str | None = Field(
+        default=None, description="OpenTelemetry collector to send traces to, such as http://127.0.0.1:4318/v1/traces."
+    )
 
-    @model_validator(mode="after")
-    def _refuse_strangers(self) -> "ServiceSettings":
-        if not self.allow_unauthenticated and not _is_loopback(self.host):
-            raise ValueError(
-                f"Refusing to listen on {self.host}: without API keys anyone who reaches it could use the "
-                "service. Listen on 127.0.0.1, or set FINGERSPLIT_ALLOW_UNAUTHENTICATED=true where the "
-                "network itself keeps strangers out."
-            )
-        return self
+    @classmethod
+    def settings_customise_sources(
+        cls,
+        settings_cls: type[BaseSettings],
+        init_settings: PydanticBaseSettingsSource,
+        env_settings: PydanticBaseSettingsSource,
+        dotenv_settings: PydanticBaseSettingsSource,  # noqa: ARG003 -- the library's signature
+        file_secret_settings: PydanticBaseSettingsSource,  # noqa: ARG003
+    ) -> tuple[PydanticBaseSettingsSource, ...]:
+        """Options, then the environment, then the file."""
+        file = os.environ.get("FINGERSPLIT_CONFIG")
+        sources = (init_settings, env_settings)
+        return (*sources, TomlConfigSettingsSource(settings_cls, Path(file))) if file else sources
 
 
-def _is_loopback(host: str) -> bool:
+def is_loopback(host: str) -> bool:
+    """Whether only this machine can reach an address."""
     try:
-        return ipaddress.ip_address(host).is_loopback
+        return ipaddress.ip_address(host.strip("[]")).is_loopback
     except ValueError:
         return host == "localhost"
+
+
+def settings_table() -> str:
+    """Every setting with its variable, default and meaning, as Markdown."""
+    lines = ["| variable | default | meaning |", "|---|---|---|"]
+    for name, field in ServiceSettings.model_fields.items():
+        default = {"workers": "2, or 1 on one core", "data_dir": "~/.local/share/fingersplit"}.get(name, field.default)
+        shown = "none" if default in (None, ()) else str(default).lower() if isinstance(default, bool) else default
+        lines.append(f"| `FINGERSPLIT_{name.upper()}` | {shown} | {field.description} |")
+    return "\n".join(lines)

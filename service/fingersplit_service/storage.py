@@ -40,13 +40,37 @@ class Storage:
         """The checked mesh of an object: arrays ``vertices`` [m] and ``faces``."""
         return self.root / "objects" / f"{object_id}.npz"
 
+    def mesh_export(self, object_id: str, file_type: str) -> Path:
+        """The mesh of an object as a file of another format."""
+        return self.root / "objects" / f"{object_id}.{file_type}"
+
+    def job_folder(self, job_id: str) -> Path:
+        """All files of a job."""
+        return self.root / "jobs" / job_id
+
+    def remove_object(self, object_id: str) -> None:
+        """Delete an object's files."""
+        for path in (self.root / "objects").glob(f"{object_id}.*"):
+            path.unlink(missing_ok=True)
+
+    def remove_job(self, job_id: str) -> None:
+        """Delete a job's files."""
+        shutil.rmtree(self.job_folder(job_id), ignore_errors=True)
+
+    def job_folders_before(self, moment: float) -> list[str]:
+        """Ids of jobs whose files were last written before ``moment`` [s since 1970]."""
+        folder = self.root / "jobs"
+        if not folder.is_dir():
+            return []
+        return [entry.name for entry in os.scandir(folder) if entry.stat().st_mtime < moment]
+
     def traces(self, job_id: str) -> Path:
         """What a job's planner went through."""
-        return self.root / "jobs" / job_id / "traces.npz"
+        return self.job_folder(job_id) / "traces.npz"
 
-    def picture(self, job_id: str, rank: int) -> Path:
-        """The picture of one grasp."""
-        return self.root / "jobs" / job_id / f"grasp-{rank}.png"
+    def view(self, job_id: str, rank: int, name: str) -> Path:
+        """What people look at of one grasp: ``picture.png``, ``recording.rrd`` and the like."""
+        return self.job_folder(job_id) / f"grasp-{rank}-{name}"
 
     def staged(self, suffix: str) -> Path:
         """A name nobody has for an unfinished file."""
@@ -72,15 +96,22 @@ class Storage:
             yield
 
     @contextmanager
-    def atomic(self, path: Path) -> Iterator[Path]:
-        """Give a staged path to write to; once written without error it becomes ``path``, on disk."""
+    def atomic(self, path: Path, *, durable: bool = True) -> Iterator[Path]:
+        """Give a staged path to write to; once written without error it becomes ``path``.
+
+        Args:
+            path: The file to make.
+            durable: Whether it must survive a loss of power, which takes time.
+        """
         staged = self.staged(path.suffix)
         try:
             yield staged
-            _sync(staged)
             path.parent.mkdir(parents=True, exist_ok=True)
+            if durable:
+                _sync(staged)
             staged.replace(path)
-            _sync(path.parent)
+            if durable:
+                _sync(path.parent)
         finally:
             staged.unlink(missing_ok=True)
 

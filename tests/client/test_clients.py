@@ -15,7 +15,9 @@ from fingersplit_client import (
     Client,
     FingersplitClientError,
     JobCreate,
+    JobFailed,
     ParallelGrasp,
+    ParallelGraspsGenerate,
     ServiceUnreachable,
     WaitTimeout,
 )
@@ -102,6 +104,62 @@ def test_ready_is_what_the_service_says(service: str) -> None:
 def test_bytes_need_a_type() -> None:
     with Client() as client, pytest.raises(FingersplitClientError, match="file_type"):
         client.upload_object(b"OFF")
+
+
+def test_every_resource_has_its_method(service: str, can: bytes) -> None:
+    with Client(service) as client:
+        uploaded = client.upload_object(can, file_type="off", name="can")
+        assert client.get_object(uploaded.id) == uploaded
+        assert uploaded in client.list_objects(limit=1000).items
+        again = client.upload_object(client.mesh(uploaded.id, "stl"), file_type="stl")
+        assert again.extents == pytest.approx(uploaded.extents, abs=1e-6)
+
+        found = client.generate_parallel_grasps(uploaded.id, ParallelGraspsGenerate(count=4, seed=1))
+        kept = client.import_parallel_grasps(uploaded.id, found.parallel_grasps[:2], name="two")
+        assert [one.id for one in client.list_parallel_grasps(uploaded.id)][:2] == [kept.id, found.id]
+        assert client.parallel_grasps(uploaded.id, kept.id) == kept
+        result = client.plan(can, file_type="off", parallel_grasp_set=kept.id)
+        known = [sorted(grasp.contacts) for grasp in kept.parallel_grasps]
+        assert all(sorted(grasp.initial.parallel_grasp.contacts) in known for grasp in result.grasps)
+        client.delete_parallel_grasps(uploaded.id, kept.id)
+
+        batch = client.create_batch([JobCreate(object_id=uploaded.id, starts=2, seed=seed) for seed in range(2)])
+        jobs = [client.get_job(job_id, wait=25) for job_id in batch.job_ids]
+        assert client.get_batch(batch.id).states == {"succeeded": 2}
+        assert [job.id for job in client.list_jobs(batch_id=batch.id, state=["succeeded"]).items] == batch.job_ids[::-1]
+        assert jobs[0].result is not None
+        assert client.grasps(jobs[0].id) == jobs[0].result.grasps
+        assert client.verification(jobs[0].id).grasps == []
+        client.delete_job(jobs[0].id)
+        with pytest.raises(ApiError, match="There is no job"):
+            client.get_job(jobs[0].id)
+        client.delete_object(again.id)
+
+
+def test_a_job_can_be_followed_and_cancelled(service: str, can: bytes) -> None:
+    with Client(service) as client:
+        uploaded = client.upload_object(can, file_type="off")
+        job = client.create_job(JobCreate(object_id=uploaded.id, starts=2), idempotency_key="follow-me")
+        story = list(client.events(job.id))
+        assert story[-1].job.state == "succeeded"
+        assert list(client.events(job.id, last_event_id=story[-1].id)) == []
+        long = client.create_job(JobCreate(object_id=uploaded.id, starts=4096))
+        assert client.cancel_job(long.id).state == "cancelled"
+        with pytest.raises(JobFailed, match="cancelled"):
+            client.wait(client.get_job(long.id))
+        with pytest.raises(ApiError, match="There is no job"):
+            list(client.events("nothing"))
+
+
+@pytest.mark.anyio
+async def test_a_job_can_be_followed_asynchronously(service: str, can: bytes) -> None:
+    async with AsyncClient(service) as client:
+        uploaded = await client.upload_object(can, file_type="off")
+        job = await client.create_job(JobCreate(object_id=uploaded.id, starts=2))
+        with anyio.fail_after(60):
+            story = [event async for event in client.events(job.id)]
+        assert story[-1].job.state == "succeeded"
+        assert [int(event.id) for event in story] == sorted({int(event.id) for event in story})
 
 
 @pytest.mark.anyio

@@ -7,14 +7,25 @@ from fingersplit_client import ApiError, Client, FingersplitClientError, Job, Jo
 
 FAILED = {
     "id": "a/b",
+    "object_id": "x",
+    "object_name": "mug",
+    "hand": "barrett",
     "state": "failed",
     "stage": None,
     "progress": 0.0,
+    "priority": 0,
+    "attempts": 2,
+    "batch_id": None,
+    "grasps": None,
+    "feasible": None,
+    "verified": None,
+    "best_quality": None,
     "created_at": "2026-01-01T00:00:00Z",
     "started_at": None,
     "finished_at": "2026-01-01T00:00:01Z",
     "request": {"object_id": "x"},
     "error": {"code": "worker_died", "detail": "Its worker died."},
+    "warnings": [],
     "result": None,
 }
 

@@ -163,3 +163,51 @@ def test_help_lists_the_commands(folder):
     assert finished.returncode == 0
     for command in ("plan", "export", "hands", "warm"):
         assert command in finished.stdout
+
+
+def test_plan_is_proven_and_its_document_verified_again(folder):
+    arguments = (
+        "plan",
+        "ball.stl",
+        "--unit",
+        "mm",
+        "--starts",
+        8,
+        "--verified",
+        1,
+        "--initial",
+        "--json",
+        "proven.json",
+    )
+    finished = run(*arguments, cwd=folder)
+    assert (finished.returncode, finished.stderr) == (0, "")
+    document = json.loads((folder / "proven.json").read_text())
+    assert PlanResult.model_validate(document).model_dump(mode="json") == document
+    assert document["summary"]["verification"]["held"] == 1
+    tried = document["summary"]["verification"]["tried"]
+    assert document["grasps"][tried - 1]["verification"]["passed"]
+    again = run(
+        "verify", "proven.json", "--object", "ball.stl", "--unit", "mm", "--rank", tried, "--json", "-", cwd=folder
+    )
+    assert again.returncode == 0
+    (row,) = json.loads(again.stdout)["grasps"]
+    assert row["verification"]["reason"] == "held"
+    assert "held" in again.stderr
+    slippery = ("--number", "friction_scale=0", "--protocol", "gravity_six")
+    dropped = run("verify", "proven.json", "--object", "ball.stl", "--unit", "mm", *slippery, cwd=folder)
+    assert dropped.returncode == 1
+
+
+def test_verify_refuses_other_objects_and_other_files(folder):
+    (folder / "one_grasp.npy").write_bytes(b"nonsense")
+    run("plan", "ball.stl", "--unit", "mm", "--starts", 2, "--json", "small.json", cwd=folder)
+    for arguments, sentence in (
+        (("small.json", "--object", "crate.ply"), "is not the object of the result"),
+        (("one_grasp.npy", "--object", "crate.ply"), "no .npy file"),
+        (("small.json", "--object", "ball.stl", "--unit", "mm", "--protocol", "drop"), "Unknown verification protocol"),
+    ):
+        finished = run("verify", *arguments, cwd=folder)
+        assert finished.returncode == 2
+        assert finished.stdout == ""
+        assert finished.stderr.startswith("Error: ")
+        assert sentence in finished.stderr

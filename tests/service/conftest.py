@@ -54,7 +54,7 @@ class Api:
     async def job(self, job_id: str) -> dict:
         return (await self.http.get(f"/v1/jobs/{job_id}")).json()
 
-    async def ended(self, job_id: str, states: tuple[str, ...] = ("succeeded", "failed")) -> dict:
+    async def ended(self, job_id: str, states: tuple[str, ...] = ("succeeded", "failed", "cancelled")) -> dict:
         """The job once it is in one of these states."""
         with anyio.fail_after(30):
             while (job := await self.job(job_id))["state"] not in states:
@@ -69,12 +69,12 @@ def anyio_backend() -> str:
 
 @asynccontextmanager
 async def started(data_dir: Path, **settings: object) -> AsyncIterator[Api]:
-    chosen = ServiceSettings(data_dir=data_dir, **{"workers": 1} | settings)
+    chosen = ServiceSettings(data_dir=data_dir, **{"workers": 1, "spare_workers": 0, "stop_grace_s": 0} | settings)
     app = create_app(chosen, fake_tasks.TASKS)
     transport = httpx2.ASGITransport(app, raise_app_exceptions=False)
     async with (
         app.router.lifespan_context(app),
-        httpx2.AsyncClient(transport=transport, base_url="http://test", timeout=30) as http,
+        httpx2.AsyncClient(transport=transport, base_url="http://localhost", timeout=30) as http,
     ):
         with anyio.fail_after(60):
             while (await http.get("/readyz")).status_code != 200:

@@ -10,11 +10,20 @@ import time
 from pathlib import Path
 from typing import Any
 
-from fingersplit_service.jobs.tasks import JobOutcome, Tasks, inspect_object
+from fingersplit_service.findings import Finding
+from fingersplit_service.jobs.tasks import (
+    JobOrder,
+    JobOutcome,
+    Tasks,
+    Warmth,
+    export_mesh,
+    inspect_object,
+)
+from fingersplit_service.jobs.views import ExportedFile, ViewOrder
 from fingersplit_service.jobs.worker import report_progress
 from fingersplit_service.storage import Storage
 
-FINE, DIES, DIES_ONCE, HANGS, HANGS_ONCE, RAISES, TOO_MUCH_MEMORY, WAITS, NO_GRASP = range(9)
+FINE, DIES, DIES_ONCE, HANGS, HANGS_ONCE, RAISES, TOO_MUCH_MEMORY, WAITS, NO_GRASP, UNRECORDED, SHORT = range(11)
 
 HAND = {
     "name": "barrett",
@@ -25,17 +34,39 @@ HAND = {
 PICTURE = b"\x89PNG\r\n\x1a\n"
 
 
-def warm() -> list[dict[str, Any]]:
-    return [HAND]
+def warm() -> Warmth:
+    return Warmth([HAND])
 
 
-def plan(storage: Storage, job_id: str, object_id: str, object_name: str, request: str) -> JobOutcome:
-    asked = json.loads(request)
-    storage.traces(job_id).parent.mkdir(parents=True, exist_ok=True)
+def plan(storage: Storage, order: JobOrder) -> JobOutcome:
+    asked = json.loads(order.request)
     report_progress("splitting", 0.5)
-    _go(asked["seed"], storage.root / f"{job_id}.first", storage.root / "go")
-    document = result_document(object_id, object_name, asked)
-    return JobOutcome(json.dumps(document), len(document["grasps"]))
+    _go(asked["seed"], storage.root / f"{order.job_id}.first", storage.root / "go")
+    warnings = _record(storage.traces(order.job_id), asked["seed"])
+    document = result_document(order.object_id, order.object_name, asked)
+    finding = Finding(
+        result=json.dumps(document),
+        grasps=len(document["grasps"]),
+        feasible=document["summary"]["feasible"],
+        verified=0,
+        best_quality=document["grasps"][0]["metrics"]["ferrari_canny"],
+        warnings=warnings,
+    )
+    return JobOutcome(finding, document["timings_ms"], (True, False))
+
+
+def _record(traces: Path, how: int) -> list[str]:
+    if how == UNRECORDED:
+        return ["What pictures and recordings need could not be written: No space left on device."]
+    traces.parent.mkdir(parents=True, exist_ok=True)
+    traces.touch()
+    return []
+
+
+def generate(
+    _storage: Storage, _object_id: str, _hand: str, count: int, seed: int, _friction: float
+) -> list[dict[str, Any]]:
+    return [{"contacts": [[0.03, 0.0, 0.001 * seed], [-0.03, 0.0, 0.001 * seed]], "approach": [0, 0, -1]}] * count
 
 
 def _go(how: int, first: Path, go: Path) -> None:
@@ -52,14 +83,23 @@ def _go(how: int, first: Path, go: Path) -> None:
     elif how == WAITS:
         while not go.exists():
             time.sleep(0.01)
+    elif how == SHORT:
+        time.sleep(0.3)
 
 
-def draw(storage: Storage, job_id: str, object_id: str, rank: int) -> None:
-    with storage.atomic(storage.picture(job_id, rank)) as staged:
-        staged.write_bytes(PICTURE + bytes([rank]))
+def draw(storage: Storage, order: ViewOrder) -> None:
+    with storage.atomic(storage.view(order.job_id, order.rank, order.name)) as staged:
+        staged.write_bytes(PICTURE + bytes([order.rank]) if order.name == "picture.png" else order.name.encode())
 
 
-TASKS = Tasks(warm=warm, inspect=inspect_object, plan=plan, draw=draw)
+def convert(result: str, format_name: str, rank: int | None) -> ExportedFile:
+    assert json.loads(result)["grasps"]
+    return ExportedFile(json.dumps({"format": format_name, "rank": rank}).encode(), ".json", "application/json")
+
+
+TASKS = Tasks(
+    warm=warm, inspect=inspect_object, generate=generate, plan=plan, draw=draw, export=export_mesh, convert=convert
+)
 
 
 def result_document(object_id: str, object_name: str, asked: dict[str, Any]) -> dict[str, Any]:

@@ -56,7 +56,7 @@ def serving(data_dir: Path, port: int) -> Iterator[tuple[subprocess.Popen, httpx
     with ExitStack() as stack:
         stack.callback(process.wait)
         stack.callback(process.kill)
-        http = stack.enter_context(httpx2.Client(base_url=f"http://127.0.0.1:{port}"))
+        http = stack.enter_context(httpx2.Client(base_url=f"http://127.0.0.1:{port}", timeout=60))
 
         def ready() -> bool:
             assert process.poll() is None
@@ -109,8 +109,8 @@ async def test_an_idle_worker_that_dies_is_replaced(api):
 @pytest.mark.anyio
 async def test_a_worker_that_was_replaced_meanwhile_is_not_given_to_two(api):
     engine = api.app.state.runtime.engine
-    async with engine.worker(Priority.ANSWER) as worker:
-        worker.kill()
+    async with engine.worker(Priority.ANSWER) as turn:
+        turn.worker.kill()
         with anyio.fail_after(20):
             while engine.ready:
                 await anyio.sleep(0.005)
@@ -154,7 +154,7 @@ def test_a_killed_service_takes_its_workers_with_it_and_finishes_its_jobs_later(
         jobs = [http.post("/v1/jobs", json={"object_id": object_id, "seed": seed}).json()["id"] for seed in seeds]
         wait_until(lambda: len(list(tmp_path.glob("*.first"))) == 2)
         workers = children(process.pid)
-        assert len(workers) == 2
+        assert len(workers) >= 2  # and perhaps a spare one
         process.kill()
         process.wait()
         wait_until(lambda: not any(alive(worker) for worker in workers), 2)

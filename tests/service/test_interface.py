@@ -123,7 +123,7 @@ async def test_before_the_workers_are_warm(tmp_path):
     transport = httpx2.ASGITransport(app)
     async with (
         app.router.lifespan_context(app),
-        httpx2.AsyncClient(transport=transport, base_url="http://test") as http,
+        httpx2.AsyncClient(transport=transport, base_url="http://localhost") as http,
     ):
         assert (await http.get("/healthz")).status_code == 200
         for path in ("/readyz", "/v1/hands"):

@@ -19,7 +19,7 @@ async def test_a_job_ends_in_the_stored_result(api):
     assert ended.created_at <= ended.started_at <= ended.finished_at
     assert ended.request == JobCreate(object_id=ended.request.object_id, starts=7, planner={"friction": 0.5})
     with sqlite3.connect(api.app.state.runtime.storage.database) as database:
-        (stored,) = database.execute("SELECT result FROM jobs WHERE id = ?", (job_id,)).fetchone()
+        (stored,) = database.execute("SELECT document FROM results WHERE job_id = ?", (job_id,)).fetchone()
     database.close()
     assert (await api.job(job_id))["result"] == json.loads(stored)
     assert ended.result == PlanResult.model_validate_json(stored)
@@ -73,7 +73,7 @@ async def test_a_fault_fails_the_job_and_stays_inside(api, how, code):
 async def test_the_list_is_newest_first(api):
     ids = [await api.queue(FINE) for _ in range(3)]
     response = await api.http.get("/v1/jobs", params={"limit": 2})
-    listed = [JobSummary.model_validate(one) for one in response.json()]
+    listed = [JobSummary.model_validate(one) for one in response.json()["items"]]
     assert [job.id for job in listed] == [ids[2], ids[1]]
     for job_id in ids:
         await api.ended(job_id)
@@ -140,7 +140,7 @@ async def test_an_unknown_job_is_not_found(api):
 async def test_a_picture_is_drawn_once(api):
     job_id = await api.queue(FINE)
     await api.ended(job_id)
-    path = api.app.state.runtime.storage.picture(job_id, 1)
+    path = api.app.state.runtime.storage.view(job_id, 1, "picture.png")
     assert not path.exists()
 
     response = await api.http.get(f"/v1/jobs/{job_id}/grasps/1/picture.png")

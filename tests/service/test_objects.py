@@ -16,7 +16,7 @@ async def test_an_uploaded_mesh_is_an_object_in_metres(api):
     assert info.report.watertight
     assert response.headers["Location"] == f"/v1/objects/{info.id}"
     assert (await api.http.get(response.headers["Location"])).json() == response.json()
-    assert info in [ObjectInfo.model_validate(one) for one in (await api.http.get("/v1/objects")).json()]
+    assert info in [ObjectInfo.model_validate(one) for one in (await api.http.get("/v1/objects")).json()["items"]]
 
 
 async def test_the_same_mesh_is_one_object(api, cube):
@@ -113,5 +113,5 @@ async def test_an_unknown_object_is_not_found(api):
 async def test_the_list_has_a_limit(api, cube):
     await api.upload(cube, "cube.off", unit="m")
     await api.upload(cube, "cube.off", unit="cm")
-    assert len((await api.http.get("/v1/objects", params={"limit": 1})).json()) == 1
+    assert len((await api.http.get("/v1/objects", params={"limit": 1})).json()["items"]) == 1
     assert (await api.http.get("/v1/objects", params={"limit": 0})).status_code == 422

@@ -5,6 +5,7 @@
 ...     result = client.plan("mug.ply")
 """
 
+from fingersplit_client._protocol import JobEvent
 from fingersplit_client.async_client import AsyncClient
 from fingersplit_client.client import DEFAULT_BASE_URL, Client
 from fingersplit_client.errors import (
@@ -15,11 +16,20 @@ from fingersplit_client.errors import (
     WaitTimeout,
 )
 from fingersplit_client.schemas import (
+    Batch,
+    Grasp,
     HandInfo,
     Job,
     JobCreate,
+    JobPage,
+    JobSummary,
+    JobVerification,
     ObjectInfo,
+    ObjectPage,
     ParallelGrasp,
+    ParallelGraspSet,
+    ParallelGraspSetInfo,
+    ParallelGraspsGenerate,
     PlanResult,
     Problem,
 )
@@ -28,14 +38,24 @@ __all__ = [
     "DEFAULT_BASE_URL",
     "ApiError",
     "AsyncClient",
+    "Batch",
     "Client",
     "FingersplitClientError",
+    "Grasp",
     "HandInfo",
     "Job",
     "JobCreate",
+    "JobEvent",
     "JobFailed",
+    "JobPage",
+    "JobSummary",
+    "JobVerification",
     "ObjectInfo",
+    "ObjectPage",
     "ParallelGrasp",
+    "ParallelGraspSet",
+    "ParallelGraspSetInfo",
+    "ParallelGraspsGenerate",
     "PlanResult",
     "Problem",
     "ServiceUnreachable",

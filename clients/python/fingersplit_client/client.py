@@ -1,15 +1,32 @@
 """The blocking client."""
 
-import time
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Self, TypeVar, Unpack
 
 import httpx2
 
-from fingersplit_client import _protocol
-from fingersplit_client.errors import ServiceUnreachable
-from fingersplit_client.schemas import HandInfo, Job, JobCreate, ObjectInfo, PlanResult
+from fingersplit_client import _jobs, _objects
+from fingersplit_client._protocol import EventReader, Flow, JobEvent, default_headers, problem
+from fingersplit_client.errors import ApiError, ServiceUnreachable
+from fingersplit_client.schemas import (
+    Batch,
+    Grasp,
+    HandInfo,
+    Job,
+    JobCreate,
+    JobPage,
+    JobState,
+    JobVerification,
+    ObjectInfo,
+    ObjectPage,
+    ParallelGrasp,
+    ParallelGraspSet,
+    ParallelGraspSetInfo,
+    ParallelGraspsGenerate,
+    PlanResult,
+)
 
 __all__ = ["DEFAULT_BASE_URL", "Client"]
 
@@ -26,6 +43,7 @@ class Client:
 
     Args:
         base_url: Where the service listens.
+        api_key: The key to send, where the service wants one.
         timeout: How long to wait for one answer [s].
         transport: How requests travel, when not over the network; for tests.
     """
@@ -34,10 +52,13 @@ class Client:
         self,
         base_url: str = DEFAULT_BASE_URL,
         *,
+        api_key: str | None = None,
         timeout: float = 60.0,
         transport: httpx2.BaseTransport | None = None,
     ) -> None:
-        self._http = httpx2.Client(base_url=base_url, timeout=timeout, transport=transport)
+        self._http = httpx2.Client(
+            base_url=base_url, timeout=timeout, transport=transport, headers=default_headers(api_key)
+        )
 
     def __enter__(self) -> Self:
         return self
@@ -67,17 +88,106 @@ class Client:
             name: Name for people; by default that of the file.
             file_type: Format, such as ``"stl"``; by default the file's suffix. Needed with bytes.
         """
-        return self._run(_protocol.upload_object(mesh, unit, name, file_type))
+        return self._run(_objects.upload_object(mesh, unit, name, file_type))
 
-    def create_job(self, request: JobCreate) -> Job:
-        """Queue a job; returns at once."""
-        return self._run(_protocol.create_job(request))
+    def get_object(self, object_id: str) -> ObjectInfo:
+        """One object and what was found in its file."""
+        return self._run(_objects.get_object(object_id))
 
-    def get_job(self, job_id: str) -> Job:
-        """Where a job stands, with its result once it has succeeded."""
-        return self._run(_protocol.get_job(job_id))
+    def list_objects(self, *, limit: int = 100, cursor: str | None = None) -> ObjectPage:
+        """A page of the objects, newest first; ``next_cursor`` of one page is ``cursor`` of the next."""
+        return self._run(_objects.list_objects(limit, cursor))
 
-    def wait(self, job: Job, timeout: float = 300.0, on_progress: _protocol.Progress | None = None) -> Job:
+    def delete_object(self, object_id: str) -> None:
+        """Delete an object and its parallel grasps."""
+        return self._run(_objects.delete_object(object_id))
+
+    def mesh(self, object_id: str, file_type: str = "ply") -> bytes:
+        """The checked mesh of an object in metres, as a ply, stl, obj, glb or off file."""
+        return self._run(_objects.mesh(object_id, file_type))
+
+    def generate_parallel_grasps(
+        self, object_id: str, request: ParallelGraspsGenerate | None = None
+    ) -> ParallelGraspSet:
+        """Have parallel grasps of an object found and stored as a set, by default for the default hand."""
+        return self._run(_objects.generate_parallel_grasps(object_id, request or ParallelGraspsGenerate()))
+
+    def import_parallel_grasps(
+        self, object_id: str, grasps: Sequence[ParallelGrasp], *, name: str = ""
+    ) -> ParallelGraspSet:
+        """Store parallel grasps that were found elsewhere as a set."""
+        return self._run(_objects.import_parallel_grasps(object_id, grasps, name))
+
+    def list_parallel_grasps(self, object_id: str) -> list[ParallelGraspSetInfo]:
+        """The sets of parallel grasps of an object, newest first."""
+        return self._run(_objects.list_parallel_grasps(object_id))
+
+    def parallel_grasps(self, object_id: str, set_id: str) -> ParallelGraspSet:
+        """One set of parallel grasps."""
+        return self._run(_objects.parallel_grasps(object_id, set_id))
+
+    def delete_parallel_grasps(self, object_id: str, set_id: str) -> None:
+        """Delete a set of parallel grasps."""
+        return self._run(_objects.delete_parallel_grasps(object_id, set_id))
+
+    def create_job(self, request: JobCreate, *, wait: float = 0.0, idempotency_key: str | None = None) -> Job:
+        """Queue a job.
+
+        Args:
+            request: What to plan.
+            wait: How long the service may wait for the job's end before it answers [s].
+            idempotency_key: With the same key a repeated call returns the first one's job.
+        """
+        return self._run(_jobs.create_job(request, wait, idempotency_key))
+
+    def get_job(self, job_id: str, *, wait: float = 0.0) -> Job:
+        """Where a job stands, with its result once it has succeeded.
+
+        Args:
+            job_id: Id of the job.
+            wait: How long the service may wait for the job's end before it answers [s].
+        """
+        return self._run(_jobs.get_job(job_id, wait))
+
+    def list_jobs(
+        self,
+        *,
+        limit: int = 100,
+        cursor: str | None = None,
+        state: Sequence[JobState] = (),
+        object_id: str | None = None,
+        hand: str | None = None,
+        batch_id: str | None = None,
+    ) -> JobPage:
+        """A page of the jobs, newest first; ``next_cursor`` of one page is ``cursor`` of the next.
+
+        Args:
+            limit: How many to return at most.
+            cursor: Where to go on.
+            state: Only jobs in one of these states.
+            object_id: Only jobs of this object.
+            hand: Only jobs for this hand.
+            batch_id: Only jobs of this batch.
+        """
+        return self._run(_jobs.list_jobs(limit, cursor, state, object_id, hand, batch_id))
+
+    def cancel_job(self, job_id: str) -> Job:
+        """End a job that has not ended; one that has stays as it is."""
+        return self._run(_jobs.cancel_job(job_id))
+
+    def delete_job(self, job_id: str) -> None:
+        """Delete a job with its result, pictures and recordings; one that has not ended is cancelled first."""
+        return self._run(_jobs.delete_job(job_id))
+
+    def create_batch(self, requests: Sequence[JobCreate]) -> Batch:
+        """Queue many jobs; all are accepted, or none is."""
+        return self._run(_jobs.create_batch(requests))
+
+    def get_batch(self, batch_id: str) -> Batch:
+        """How the jobs of a batch stand together."""
+        return self._run(_jobs.get_batch(batch_id))
+
+    def wait(self, job: Job, timeout: float = 300.0, on_progress: _jobs.Progress | None = None) -> Job:
         """Wait until a job has succeeded.
 
         Args:
@@ -89,7 +199,7 @@ class Client:
             JobFailed: It ended without a result.
             WaitTimeout: The time is over; the job goes on.
         """
-        return self._run(_protocol.wait(job, timeout, on_progress))
+        return self._run(_jobs.wait(job, timeout, on_progress))
 
     def plan(
         self,
@@ -99,8 +209,8 @@ class Client:
         name: str | None = None,
         file_type: str | None = None,
         timeout: float = 300.0,
-        on_progress: _protocol.Progress | None = None,
-        **options: Unpack[_protocol.PlanOptions],
+        on_progress: _jobs.Progress | None = None,
+        **options: Unpack[_jobs.PlanOptions],
     ) -> PlanResult:
         """Upload a mesh, plan grasps for it and wait for them.
 
@@ -111,35 +221,62 @@ class Client:
             file_type: See `upload_object`.
             timeout: See `wait`.
             on_progress: See `wait`.
-            **options: Fields of `JobCreate`: hand, parallel_grasps, starts, seed, top_k, planner.
+            **options: Fields of `JobCreate`, such as hand, starts, seed, planner and verified.
         """
-        flow = _protocol.plan(mesh, unit, name, file_type, timeout, on_progress, options)
+        flow = _jobs.plan(mesh, unit, name, file_type, timeout, on_progress, options)
         return self._run(flow)
 
     def ready(self) -> bool:
         """Whether the service is ready: its workers are warm and jobs start without delay."""
-        return self._run(_protocol.ready())
+        return self._run(_jobs.ready())
 
     def hands(self) -> list[HandInfo]:
         """The hands that can be planned for."""
-        return self._run(_protocol.hands())
+        return self._run(_jobs.hands())
 
     def picture(self, job_id: str, rank: int = 1) -> bytes:
         """PNG of one grasp of a job: hand and object at the start and at the end, and the quality curve."""
-        return self._run(_protocol.picture(job_id, rank))
+        return self._run(_jobs.picture(job_id, rank))
 
-    def _run(self, flow: _protocol.Flow[Result]) -> Result:
-        response: httpx2.Response | None = None
-        while True:
-            try:
-                step = flow.send(response)
-            except StopIteration as end:
-                return end.value  # type: ignore[no-any-return]
-            if isinstance(step, _protocol.Pause):
-                time.sleep(step.seconds)
-                response = None
-                continue
-            try:
-                response = self._http.request(step.method, step.path, **step.arguments)
-            except httpx2.TransportError as error:
-                raise ServiceUnreachable(f"No answer from {self._http.base_url}: {error}") from error
+    def grasps(self, job_id: str) -> list[Grasp]:
+        """The ranked grasps of a job that has ended."""
+        return self._run(_jobs.grasps(job_id))
+
+    def verification(self, job_id: str) -> JobVerification:
+        """What simulation showed of a job's grasps."""
+        return self._run(_jobs.verification(job_id))
+
+    def recording(self, job_id: str, rank: int = 1) -> bytes:
+        """Recording of one grasp of a job, for the Rerun viewer."""
+        return self._run(_jobs.recording(job_id, rank))
+
+    def events(self, job_id: str, *, last_event_id: str | None = None) -> Iterator[JobEvent]:
+        """Follow a job until it has ended.
+
+        Args:
+            job_id: Id of the job.
+            last_event_id: The last event that was seen; only later ones come.
+        """
+        headers = {"Last-Event-ID": last_event_id} if last_event_id else {}
+        reader = EventReader()
+        try:
+            with self._http.stream("GET", _jobs.events_path(job_id), headers=headers) as response:
+                if not response.is_success:
+                    response.read()
+                    raise ApiError(problem(response))
+                for line in response.iter_lines():
+                    event = reader.read(line)
+                    if event is not None:
+                        yield event
+        except httpx2.TransportError as error:
+            raise ServiceUnreachable(f"The events of job {job_id} broke off: {error}") from error
+
+    def _run(self, flow: Flow[Result]) -> Result:
+        try:
+            call = next(flow)
+            while True:
+                call = flow.send(self._http.request(call.method, call.path, **call.arguments))
+        except StopIteration as end:
+            return end.value  # type: ignore[no-any-return]
+        except httpx2.TransportError as error:
+            raise ServiceUnreachable(f"No answer from {self._http.base_url}: {error}") from error

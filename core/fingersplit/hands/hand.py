@@ -122,12 +122,13 @@ class Hand:
         return [
             (name, transform_points(palm_from_shape, mesh.vertices), np.asarray(mesh.faces))
             for name, mesh, palm_from_shape in zip(
-                self.shape_names, self._shape_meshes, self.shape_poses(joints), strict=True
+                self.shape_names, self.shape_meshes, self.shape_poses(joints), strict=True
             )
         ]
 
     @cached_property
-    def _shape_meshes(self) -> list[trimesh.Trimesh]:
+    def shape_meshes(self) -> list[trimesh.Trimesh]:
+        """Every collision primitive as a closed mesh in its own frame, for drawing."""
         return [
             shape_mesh(self.arrays.shape_kinds[k], self.arrays.shape_sizes[k]) for k in range(len(self.shape_names))
         ]

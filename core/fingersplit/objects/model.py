@@ -64,11 +64,10 @@ class ObjectModel:
         """Mass, given or assumed [kg]."""
         return self.mass_properties.mass
 
-    @cached_property
+    @property
     def inertia(self) -> NDArray[np.float64]:
-        """Inertia about the centre of mass along the object's axes, (3, 3) [kg m^2]; of the hull where it is open."""
-        solid = self.mesh.trimesh if self.mesh.watertight else self.mesh.trimesh.convex_hull
-        return np.asarray(solid.moment_inertia * self.mass / solid.mass)
+        """Inertia about the centre of mass along the object's axes, (3, 3) [kg m^2]."""
+        return self.mass_properties.inertia
 
     @cached_property
     def radius(self) -> float:

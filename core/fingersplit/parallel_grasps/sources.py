@@ -10,7 +10,7 @@ from fingersplit.parallel_grasps.antipodal import sample_antipodal
 from fingersplit.parallel_grasps.grasp_set import ParallelGrasps
 from fingersplit.parallel_grasps.surface_fitting import PadGripper, fit_surfaces
 
-__all__ = ["SOURCES", "find_parallel_grasps"]
+__all__ = ["APPROACHES", "SOURCES", "find_parallel_grasps"]
 
 APPROACHES = 8
 """Approach directions about the jaw axis that are tried for every antipodal pair."""

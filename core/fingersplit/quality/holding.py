@@ -23,6 +23,7 @@ from fingersplit.hands.kernel import MAX_FINGERS
 from fingersplit.objects.grid import cell_range
 from fingersplit.objects.surface import Surface
 from fingersplit.quality.linear_program import MAX_ROWS, MAX_VARIABLES, maximize
+from fingersplit.threads import in_threads
 from fingersplit.vectors import add, angle_between, cross, dot, get, norm, scale, subtract
 
 __all__ = ["GRAVITY", "Contacts", "Holding", "assess_holding", "footprint_friction"]
@@ -42,6 +43,9 @@ OTHER_SIDE = -0.5
 """Cosine to the contact's normal below which a sample lies on the far side of a thin part."""
 LEAST_SINGULAR = 1e-4
 """Least over largest singular value of the grasp matrix below which contacts count as lying on a line."""
+
+JUDGED = 64
+"""Grasps that a thread judges at a time."""
 
 SCRATCH = np.dtype(
     [
@@ -100,7 +104,12 @@ class Contacts(NamedTuple):
 
 
 def assess_holding(
-    contacts: Contacts, surface: Surface, friction: float, mass: float, center: NDArray[np.float64]
+    contacts: Contacts,
+    surface: Surface,
+    friction: float,
+    mass: float,
+    center: NDArray[np.float64],
+    threads: int = 1,
 ) -> list[Holding]:
     """How each of n grasps holds an object.
 
@@ -110,6 +119,7 @@ def assess_holding(
         friction: Coulomb friction coefficient between pads and object.
         mass: Of the object [kg].
         center: Its centre of mass, (3,) [m].
+        threads: Grasps judged at a time.
     """
     n, fingers, _ = contacts.points.shape
     arms = contacts.points - center
@@ -125,9 +135,16 @@ def assess_holding(
     spread = singular[:, -1] > LEAST_SINGULAR * singular[:, 0]
     null = np.ascontiguousarray(V[:, 6:].transpose(0, 2, 1))
     frictions, margins = np.empty((n, fingers)), np.empty((n, 6))
-    forces, scratch = np.empty((n, fingers, 3)), np.zeros(1, SCRATCH)
-    found = np.zeros(n, np.bool_)
-    _assess(contacts, surface, friction, particular, null, spread, frictions, margins, forces, found, scratch)
+    forces, found = np.empty((n, fingers, 3)), np.zeros(n, np.bool_)
+
+    def judge(part: slice) -> None:
+        points, normals, jacobians, limits = contacts
+        grasps = Contacts(points[part], normals[part], jacobians[part], limits)
+        given = particular[part], null[part], spread[part]
+        results = frictions[part], margins[part], forces[part], found[part]
+        _assess(grasps, surface, friction, *given, *results, np.zeros(1, SCRATCH))
+
+    in_threads(judge, n, JUDGED, threads, lambda _share: None)
     worst = margins.argmin(axis=1)
     return [
         Holding(float(margins[i, worst[i]]), _DIRECTIONS[worst[i]], frictions[i], forces[i] if found[i] else None)

@@ -5,6 +5,7 @@ forces and no metric depends on the unit of length.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,7 +37,8 @@ class WrenchSpace:
 
     def grasp_matrix(self) -> NDArray[np.float64]:
         """Map from stacked contact forces in the object frame to the scaled wrench, (6, 3 F)."""
-        return np.hstack([self._wrenches(contact, np.eye(3)) for contact in self.contacts])
+        forces = np.broadcast_to(np.eye(3), (len(self.contacts), 3, 3))
+        return np.asarray(self._wrenches(forces).reshape(-1, 6).T)
 
     def cone_forces(self) -> NDArray[np.float64]:
         """Edge forces of every friction cone, pointing into the object, normal part 1, (F, CONE_EDGES, 3)."""
@@ -51,28 +53,27 @@ class WrenchSpace:
 
     def cone_wrenches(self) -> NDArray[np.float64]:
         """Scaled wrench of every cone edge, (F * CONE_EDGES, 6)."""
-        return np.vstack(
-            [
-                self._wrenches(contact, forces.T).T
-                for contact, forces in zip(self.contacts, self.cone_forces(), strict=True)
-            ]
-        )
+        return self._wrenches(self.cone_forces()).reshape(-1, 6)
 
-    def _wrenches(self, contact: NDArray[np.float64], forces: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Wrenches (6, k) of forces (3, k) at a contact."""
-        arm = (contact - self.center) / self.radius
-        return np.vstack([forces, np.cross(arm, forces.T).T])
+    @cached_property
+    def singular_values(self) -> NDArray[np.float64]:
+        """Singular values of the grasp matrix, largest first, (6,)."""
+        return np.asarray(np.linalg.svd(self.grasp_matrix(), compute_uv=False))
+
+    def _wrenches(self, forces: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Wrenches (F, k, 6) of forces (F, k, 3) at the contacts."""
+        arms = (self.contacts - self.center) / self.radius
+        return np.concatenate([forces, np.cross(arms[:, None], forces)], axis=-1)
 
 
 def isotropy(space: WrenchSpace) -> float:
     """sigma_min(G) / sigma_max(G) in 0..1 [Kim2001]."""
-    singular = np.linalg.svd(space.grasp_matrix(), compute_uv=False)
-    return float(singular[-1] / singular[0])
+    return float(space.singular_values[-1] / space.singular_values[0])
 
 
 def volume(space: WrenchSpace) -> float:
     """sqrt(det(G G^T)), the volume of the wrench ellipsoid up to a constant [Li1988]."""
-    return float(np.prod(np.linalg.svd(space.grasp_matrix(), compute_uv=False)))
+    return float(np.prod(space.singular_values))
 
 
 def ferrari_canny(space: WrenchSpace) -> float:

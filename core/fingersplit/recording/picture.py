@@ -4,49 +4,22 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
-from typing import Protocol
 
 import numpy as np
-import trimesh
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from fingersplit.objects.mesh import Mesh
-from fingersplit.recording.raycast import Camera, Layer, render, unobstructed
-from fingersplit.transforms import transform_points
+from fingersplit.recording.raycast import render
+from fingersplit.recording.scene import GraspView, PosableHand, grasp_camera, grasp_layers
 
-__all__ = ["GraspView", "PosableHand", "QualityCurve", "draw_grasp"]
+__all__ = ["QualityCurve", "draw_grasp", "shade_phases"]
 
-OBJECT_RGBA = (0.36, 0.55, 0.78, 0.45)
-PALM_GREY, LINK_GREYS = 0.28, (0.66, 0.52, 0.6)
-FINGER_COLORS = ("#d1495b", "#2a9d4e", "#e08e1b", "#7b4fb5", "#1f8a9e")
 PHASE_COLORS = {"cpo": "#f6d55c", "ppo": "#8fb8de"}
 """Yellow and blue, as in the quality profile of [Fan2018]."""
-CONTACT_RADIUS = 3.5e-3
-"""[m]"""
-ARROW = 0.03
-"""Length of the arrows along the contact normals [m]."""
-
-
-class PosableHand(Protocol):
-    """A hand that can be drawn."""
-
-    def posed_meshes(self, joints: NDArray[np.float64]) -> list[tuple[str, NDArray[np.float64], NDArray[np.int64]]]:
-        """Names, vertices in the palm frame (n, 3) [m] and faces (m, 3) of all parts at ``joints`` (N,) [rad]."""
-
-
-@dataclass(frozen=True, eq=False)
-class GraspView:
-    """A grasp to look at: palm pose (4, 4), joints (N,) [rad], contacts (F, 3) [m] and their outward normals (F, 3)."""
-
-    object_from_palm: NDArray[np.float64]
-    joints: NDArray[np.float64]
-    contacts: NDArray[np.float64]
-    normals: NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,8 +50,8 @@ def draw_grasp(
         curve: What happened in between.
         title: Heading of the sheet.
     """
-    scenes = [_scene(mesh, hand, state) for state in states]
-    camera = _camera(scenes, states)
+    scenes = [grasp_layers(mesh, hand, state) for state in states]
+    camera = grasp_camera(scenes, states)
     figure = Figure(figsize=(15, 5.4), dpi=100, layout="constrained")
     FigureCanvasAgg(figure)
     start, end, profile = figure.subplots(1, 3, width_ratios=(1, 1, 1.05))
@@ -91,51 +64,10 @@ def draw_grasp(
     figure.savefig(path, format="png", facecolor="white")
 
 
-def _scene(mesh: Mesh, hand: PosableHand, state: GraspView) -> list[Layer]:
-    """Object, hand, contact balls and arrows along the inward normals, in the object frame."""
-    layers = [Layer(mesh.vertices, mesh.faces, OBJECT_RGBA)]
-    for part, (name, vertices, faces) in enumerate(hand.posed_meshes(state.joints)):
-        grey = LINK_GREYS[part % len(LINK_GREYS)] if name.startswith("finger") else PALM_GREY
-        layers.append(Layer(transform_points(state.object_from_palm, vertices), faces, (grey, grey, grey, 1.0)))
-    for f, (contact, normal) in enumerate(zip(state.contacts, state.normals, strict=True)):
-        rgba = (*to_rgb(FINGER_COLORS[f % len(FINGER_COLORS)]), 1.0)
-        ball = trimesh.creation.icosphere(subdivisions=2, radius=CONTACT_RADIUS)
-        layers.append(Layer(ball.vertices + contact, ball.faces, rgba))
-        shaft_end, tip = contact - 0.7 * ARROW * normal, contact - ARROW * normal
-        shaft = trimesh.creation.cylinder(radius=0.35 * CONTACT_RADIUS, segment=[contact, shaft_end], sections=16)
-        layers.append(Layer(shaft.vertices, shaft.faces, rgba))
-        head = trimesh.creation.cone(radius=CONTACT_RADIUS, height=0.3 * ARROW, sections=16)
-        head.apply_transform(trimesh.geometry.align_vectors([0, 0, 1], tip - shaft_end))
-        layers.append(Layer(head.vertices + shaft_end, head.faces, rgba))
-    return layers
-
-
-def _camera(scenes: Sequence[list[Layer]], states: tuple[GraspView, GraspView]) -> Camera:
-    """The view of the final grasp in which the hand hides least of contacts and object, palm up or down."""
-    final, hand_parts = states[1], [layer for layer in scenes[1] if len(set(layer.rgba[:3])) == 1]
-    approach = final.object_from_palm[:3, 2]
-    body = scenes[1][0].vertices
-    targets = np.vstack([np.repeat(final.contacts, 20, axis=0), body[:: max(1, len(body) // 200)]])
-    turns = np.linspace(0, 2 * np.pi, 24, endpoint=False)
-    around = np.column_stack([np.cos(turns), np.sin(turns)]) @ final.object_from_palm[:3, :2].T
-    views = np.vstack([around - height * approach for height in (0.2, 0.6)])
-    views /= np.linalg.norm(views, axis=1, keepdims=True)
-    starts = (targets + 0.02 * views[:, None]).reshape(-1, 3)
-    clear = unobstructed(hand_parts, starts, np.repeat(views, len(targets), axis=0)).reshape(len(views), -1)
-    best_view = views[clear.sum(axis=1).argmax()]
-    points = np.vstack([layer.vertices for layers in scenes for layer in layers])
-    return Camera.framing(points, best_view, -approach, size=(540, 500))
-
-
 def _draw_curve(axes: Axes, curve: QualityCurve) -> None:
     """Q over the states with CPO and PPO shaded, the residual as a thin line on its own scale."""
     steps = np.arange(len(curve.quality))
-    row = 0
-    for phase, group in groupby(curve.phases):
-        count = len(list(group))
-        if phase in PHASE_COLORS:
-            axes.axvspan(row - 0.5, row + count - 0.5, color=PHASE_COLORS[phase], alpha=0.45, lw=0)
-        row += count
+    patches = shade_phases(axes, curve.phases)
     (quality,) = axes.plot(steps, curve.quality, color="#c1121f", lw=2, label="quality Q")
     axes.set(xlabel="accepted iteration", ylabel="quality Q", xlim=(-0.5, max(len(steps) - 0.5, 0.5)))
     axes.set_title("quality")
@@ -144,5 +76,15 @@ def _draw_curve(axes: Axes, curve: QualityCurve) -> None:
     (residual,) = gaps.plot(steps, 1e3 * curve.residual, color="#555555", lw=0.9, ls="--", label="largest gap")
     gaps.set_ylabel("largest gap between pad and surface [mm]", color="#555555")
     gaps.set_ylim(bottom=0)
-    patches = [Patch(color=color, alpha=0.45, label=phase.upper()) for phase, color in PHASE_COLORS.items()]
     axes.legend(handles=[quality, residual, *patches], loc="lower right", framealpha=0.9)
+
+
+def shade_phases(axes: Axes, phases: Sequence[str]) -> list[Patch]:
+    """Shade the states of CPO and of PPO, one state a unit along x, and return the entries for a legend."""
+    row = 0
+    for phase, group in groupby(phases):
+        count = len(list(group))
+        if phase in PHASE_COLORS:
+            axes.axvspan(row - 0.5, row + count - 0.5, color=PHASE_COLORS[phase], alpha=0.45, lw=0)
+        row += count
+    return [Patch(color=color, alpha=0.45, label=phase.upper()) for phase, color in PHASE_COLORS.items()]

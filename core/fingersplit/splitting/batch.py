@@ -15,6 +15,7 @@ __all__ = ["OUTCOME", "screen_grasps", "split_grasps"]
 OUTCOME = np.dtype(
     [
         ("cost", np.float64),
+        ("violations", np.int64),
         ("end", np.int64),
         ("rounds", np.int64),
         ("cpo", np.int64),
@@ -24,8 +25,8 @@ OUTCOME = np.dtype(
     ],
     align=True,
 )
-"""How one start went: cost of its mapping (infinite if it has none), what ended it, counts as ``split_fingers`` returns
-them, ``state.WORK`` times, and the time of the splitting in all [s]."""
+"""How one start went: cost of its mapping (infinite if it has none), how many constraints its grasp violates, what
+ended it, counts as ``split_fingers`` returns them, ``state.WORK`` times, and the time of the splitting in all [s]."""
 
 
 @kernel
@@ -67,5 +68,17 @@ def split_grasps(problem, table, contacts, approaches, choices, initial, final, 
         initial[i] = states[0]
         outcome.end, outcome.rounds, outcome.cpo, outcome.ppo = split_fingers(problem, states, work, trace)
         final[i] = states[0]
+        outcome.violations = _count_violations(problem.hand, problem.settings, states[0])
         outcome.total = seconds(work.clock) - began
         outcome.times[:] = work.times
+
+
+@kernel
+def _count_violations(hand, settings, state):
+    count = 1 if state.penetration > settings.penetration_tolerance else 0
+    for finger in range(hand.finger_count):
+        count += 1 if state.residuals[finger] > settings.contact_tolerance else 0
+        count += 1 if state.pad_angles[finger] > settings.pad_angle_limit else 0
+    for joint in range(hand.joint_count):
+        count += 0 if hand.lower[joint] <= state.joints[joint] <= hand.upper[joint] else 1
+    return count

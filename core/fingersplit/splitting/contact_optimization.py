@@ -10,7 +10,7 @@ from fingersplit.splitting.acceptance import CONTINUE, REACHED_ITERATION_LIMIT, 
 from fingersplit.splitting.clock import seconds
 from fingersplit.splitting.potential import add_penalty_gradient
 from fingersplit.splitting.state import attach_contacts, evaluate, measure_collision
-from fingersplit.splitting.trace import CPO, record
+from fingersplit.splitting.trace import CPO, record, record_contact_steps
 from fingersplit.splitting.tracking import STATIONARY, at_limit, track
 from fingersplit.vectors import add, get, scale, solve_positive_definite, subtract
 
@@ -49,6 +49,7 @@ def optimize_contacts(problem, states, work, trace):
         if verdict == CONTINUE:
             states[0] = states[1]  # line 9
             record(trace, CPO, states[0])
+            record_contact_steps(trace, work.contact_step)
             radius = min(settings.trust_region_growth * radius, settings.cpo_trust_region)
         else:
             radius *= settings.trust_region_shrink

@@ -55,7 +55,7 @@ class Run:
     @property
     def feasible(self) -> bool:
         """Whether the grasp keeps every constraint."""
-        return not self._violated
+        return bool(self.outcome.violations == 0)
 
     @property
     def violations(self) -> tuple[str, ...]:

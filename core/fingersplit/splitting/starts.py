@@ -1,10 +1,8 @@
 """Many starts: parallel grasps screened for the hand, the most promising ones mapped and split."""
 
 import math
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,13 +18,12 @@ from fingersplit.splitting.run import Run
 from fingersplit.splitting.settings import PlannerSettings
 from fingersplit.splitting.state import Problem, new_states, new_work
 from fingersplit.splitting.trace import new_trace
+from fingersplit.threads import Progress, in_threads
 
 __all__ = ["Start", "build_problem", "choose_starts", "split_starts"]
 
-CHUNK = 32
-"""Starts that a thread takes at a time."""
-
-Progress = Callable[[str, float], None]
+SCREENED, SPLIT = 128, 16
+"""Parallel grasps that a thread screens, and starts that it splits, at a time."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +66,7 @@ def choose_starts(
         arrays = contacts[part], approaches[part]
         screen_grasps(problem, jaw_table(hand), *arrays, new_states(1), new_work(), costs[part], choices[part])
 
-    _in_threads(screen, len(contacts), threads, "mapping", report)
+    in_threads(screen, len(contacts), SCREENED, threads, lambda share: report("mapping", share))
     best = _spread(costs[:, 0], given.contacts, count)
     return [Start(grasps[i % len(grasps)], contacts[i], choices[i]) for i in best]
 
@@ -102,27 +99,9 @@ def split_starts(
         arrays = contacts[part], approaches[part], choices[part], initial[part], final[part], outcomes[part]
         split_grasps(problem, jaw_table(hand), *arrays, new_states(3), new_work(), new_trace(0))
 
-    _in_threads(split, count, threads, "splitting", report)
+    in_threads(split, count, SPLIT, threads, lambda share: report("splitting", share))
     return tuple(
         Run(problem, hand, start.parallel_grasp, first, last, outcome)
         for start, first, last, outcome in zip(starts, initial, final, outcomes, strict=True)
         if math.isfinite(outcome.cost)
     )
-
-
-def _in_threads(task: Callable[[slice], Any], count: int, threads: int, stage: str, report: Progress) -> None:
-    """Run ``task`` on consecutive slices of ``count`` items, in threads if there are several."""
-
-    def parts() -> Iterator[slice]:
-        for first in range(0, count, CHUNK):
-            yield slice(first, min(first + CHUNK, count))
-
-    if threads == 1:
-        for part in parts():
-            report(stage, part.start / count)
-            task(part)
-    else:
-        with ThreadPoolExecutor(threads) as pool:
-            for part, _ in zip(parts(), pool.map(task, parts()), strict=True):
-                report(stage, part.stop / count)
-    report(stage, 1.0)

@@ -10,10 +10,28 @@ from fingersplit.compilation import kernel
 from fingersplit.hands.kernel import MAX_FINGERS, MAX_HAND_JOINTS
 from fingersplit.transforms import pose_matrix
 
-__all__ = ["CPO", "MAP", "PHASE_NAMES", "PPO", "SETTLE", "Trace", "TraceRows", "new_trace", "record"]
+__all__ = [
+    "CPO",
+    "HAND_QUALITY",
+    "MAP",
+    "OBJECT_QUALITY",
+    "PENETRATION",
+    "PHASE_NAMES",
+    "PPO",
+    "QUALITY",
+    "SETTLE",
+    "Trace",
+    "TraceRows",
+    "new_trace",
+    "record",
+    "record_contact_steps",
+]
 
 CPO, PPO, MAP, SETTLE = range(4)
 PHASE_NAMES = ("cpo", "ppo", "map", "settle")
+
+QUALITY, OBJECT_QUALITY, HAND_QUALITY, PENETRATION = range(4)
+"""Columns of ``Trace.scores``."""
 
 ROW = np.dtype(
     [
@@ -26,6 +44,7 @@ ROW = np.dtype(
         ("residuals", np.float64, MAX_FINGERS),
         ("pad_angles", np.float64, MAX_FINGERS),
         ("scores", np.float64, 4),
+        ("contact_steps", np.float64, (MAX_FINGERS, 3)),
     ],
     align=True,
 )
@@ -53,6 +72,8 @@ class Trace:
         residuals: Fingertip to contact, (T, F) [m].
         pad_angles: Pad normal to inward surface normal, (T, F) [rad].
         scores: Q, w1 Q_o, w2 Q_h, penetration [m], (T, 4).
+        contact_steps: Tangent step d_c of the contacts that CPO took from the state before, Algorithm 1 line 3 of
+            [Fan2018]; zero after any other phase, (T, F, 3) [m].
     """
 
     phases: NDArray[np.int64]
@@ -64,6 +85,7 @@ class Trace:
     residuals: NDArray[np.float64]
     pad_angles: NDArray[np.float64]
     scores: NDArray[np.float64]
+    contact_steps: NDArray[np.float64]
 
     @classmethod
     def from_rows(cls, trace: TraceRows, fingers: int, joints: int) -> Self:
@@ -79,6 +101,7 @@ class Trace:
             "residuals": rows.residuals[:, :fingers],
             "pad_angles": rows.pad_angles[:, :fingers],
             "scores": rows.scores,
+            "contact_steps": rows.contact_steps[:, :fingers],
         }
         copies = {name: np.array(column) for name, column in columns.items()}
         for column in copies.values():
@@ -116,3 +139,10 @@ def record(trace, phase, state):
     row.scores[0], row.scores[1], row.scores[2] = state.quality, state.object_quality, state.hand_quality
     row.scores[3] = state.penetration
     trace.length[0] = n + 1
+
+
+@kernel
+def record_contact_steps(trace, contact_steps):
+    """Add to the last state the tangent step that led to it."""
+    if len(trace.rows):
+        trace.rows[trace.length[0] - 1].contact_steps[:] = contact_steps

@@ -1,28 +1,35 @@
-"""Jobs: queue a plan, see how it stands, see its grasps."""
+"""Jobs: queue one, see how it stands or wait for its end, list, cancel, delete."""
 
-from datetime import UTC, datetime
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Body, Path, Query, Response
-from fastapi.responses import FileResponse
+from fastapi import APIRouter, Body, Query, Response
 
-from fingersplit.errors import ParallelGraspError, SettingsError
-from fingersplit.parallel_grasps.parallel_grasp import ParallelGrasp
-from fingersplit.splitting.settings import PlannerSettings
-from fingersplit_client.schemas import Job, JobCreate, JobSummary
-from fingersplit_service.jobs.store import JobRow
+from fingersplit_client.schemas import Job, JobCreate, JobPage, JobState
+from fingersplit_service.database.jobs import JobFilter
+from fingersplit_service.database.rows import JobRow
+from fingersplit_service.endpoints.documents import (
+    Cursor,
+    JobId,
+    Limit,
+    job_document,
+    json_response,
+    known_job,
+    next_cursor,
+    place,
+    summarize,
+)
+from fingersplit_service.endpoints.orders import IdempotencyKey, Prefer, accept, order, wait_seconds
 from fingersplit_service.openapi import problem_answers
-from fingersplit_service.problems import ProblemError, ProblemKind
+from fingersplit_service.problems import ProblemKind
 from fingersplit_service.runtime import Runtime, RuntimeDependency
+from fingersplit_service.security.access import Planner, Principal, Reader
 
 __all__ = ["PATH", "router"]
 
 PATH = "/v1/jobs"
 router = APIRouter(tags=["jobs"])
 
-JobId = Annotated[str, Path(description="Id of a job.", max_length=64)]
-
-_EXAMPLES = {
+_EXAMPLES: Any = {
     "find": {
         "summary": "Have parallel grasps found",
         "value": {
@@ -41,12 +48,10 @@ _EXAMPLES = {
         },
     },
 }
-
-
-class _PngResponse(FileResponse):
-    """A PNG file."""
-
-    media_type = "image/png"
+_ENDED: dict[int | str, dict[str, Any]] = {200: {"model": Job, "description": "The job has ended."}}
+_NOT_ENDED: dict[int | str, dict[str, Any]] = {
+    202: {"model": Job, "description": "The time to wait is over, and the job has not ended."}
+}
 
 
 @router.post(
@@ -54,128 +59,138 @@ class _PngResponse(FileResponse):
     status_code=202,
     response_model=Job,
     summary="Queue a job",
-    responses=problem_answers(
-        ProblemKind.BAD_REQUEST, ProblemKind.TOO_LARGE, ProblemKind.INVALID_REQUEST, ProblemKind.NOT_READY
+    responses=_ENDED
+    | problem_answers(
+        ProblemKind.INVALID_REQUEST, ProblemKind.KEY_REUSED, ProblemKind.QUEUE_FULL, ProblemKind.NOT_READY
     ),
 )
 async def create_job(
-    runtime: RuntimeDependency, asked: Annotated[JobCreate, Body(openapi_examples=_EXAMPLES)]
+    runtime: RuntimeDependency,
+    principal: Planner,
+    asked: Annotated[JobCreate, Body(openapi_examples=_EXAMPLES)],
+    prefer: Prefer = None,
+    idempotency_key: IdempotencyKey = None,
 ) -> Response:
-    """Ask for grasps. The answer comes once the job is on disk: what was accepted is not lost."""
-    _check(runtime, asked)
-    row = await runtime.store.add_job(asked.object_id, asked.model_dump_json())
-    if row is None:
-        raise ProblemError(
-            ProblemKind.INVALID_REQUEST,
-            f"There is no object {asked.object_id!r}; upload its mesh to /v1/objects first.",
-            field="/object_id",
-        )
-    runtime.dispatcher.wake()
-    return _json(_with_result(_summary(runtime, row), None), 202, {"Location": f"{PATH}/{row.id}"})
+    """Ask for grasps. The answer comes once the job is on disk: what was accepted is not lost.
+
+    With `Prefer: wait=<seconds>` it comes as soon as the job has ended, with the result, or when the time is over.
+    """
+    new = await order(runtime, principal, asked)
+    seconds = wait_seconds(runtime, prefer)
+    with runtime.watch.watcher(new.id) as watcher:
+        (row,), fresh = await accept(runtime, principal, [new], idempotency_key=idempotency_key)
+        headers = {"Location": f"{PATH}/{row.id}"}
+        if not fresh:
+            headers["Idempotent-Replayed"] = "true"
+        elif seconds and await watcher.end(seconds):
+            return await _answer(runtime, principal, row.id, seconds, headers)
+    if fresh:
+        return json_response(job_document(runtime, row, None), 202, headers | _applied(seconds))
+    return await _wait(runtime, principal, row.id, seconds, headers)
 
 
 @router.get(
     PATH,
-    response_model=list[JobSummary],
+    response_model=JobPage,
     summary="List the jobs",
     responses=problem_answers(ProblemKind.INVALID_REQUEST),
 )
 async def list_jobs(
     runtime: RuntimeDependency,
-    limit: Annotated[int, Query(ge=1, le=1000, description="How many to return at most.")] = 100,
-) -> list[JobSummary]:
-    """The newest jobs, newest first, without their results."""
-    return [_summary(runtime, row) for row in await runtime.store.newest_jobs(limit)]
+    principal: Reader,
+    state: Annotated[list[JobState] | None, Query(description="Only jobs in one of these states.")] = None,
+    object_id: Annotated[str | None, Query(description="Only jobs of this object.", max_length=64)] = None,
+    hand: Annotated[str | None, Query(description="Only jobs for this hand.", max_length=64)] = None,
+    batch_id: Annotated[str | None, Query(description="Only jobs of this batch.", max_length=64)] = None,
+    object_name: Annotated[
+        str | None, Query(description="Only jobs whose object's name has this in it.", max_length=200)
+    ] = None,
+    limit: Limit = 100,
+    cursor: Cursor = None,
+) -> Response:
+    """Jobs without requests and results, newest first."""
+    which = JobFilter(tuple(state or ()), object_id, hand, batch_id, object_name)
+    rows = await runtime.jobs.page(principal.owner, which, place(cursor), limit)
+    page = JobPage.model_construct(
+        items=[summarize(runtime, row) for row in rows],
+        next_cursor=next_cursor([row.number for row in rows], limit),
+    )
+    return json_response(page.model_dump_json())
 
 
 @router.get(
     PATH + "/{job_id}",
     response_model=Job,
     summary="Get a job",
+    responses=_NOT_ENDED | problem_answers(ProblemKind.NOT_FOUND, ProblemKind.INVALID_REQUEST),
+)
+async def get_job(runtime: RuntimeDependency, principal: Reader, job_id: JobId, prefer: Prefer = None) -> Response:
+    """Where a job stands, and its grasps once it has succeeded.
+
+    With `Prefer: wait=<seconds>` the answer comes as soon as the job has ended, or when the time is over (202).
+    """
+    return await _wait(runtime, principal, job_id, wait_seconds(runtime, prefer), {})
+
+
+@router.post(
+    PATH + "/{job_id}/cancel",
+    response_model=Job,
+    summary="Cancel a job",
     responses=problem_answers(ProblemKind.NOT_FOUND, ProblemKind.INVALID_REQUEST),
 )
-async def get_job(runtime: RuntimeDependency, job_id: JobId) -> Response:
-    """Where a job stands, and its grasps once it has succeeded."""
-    row = await _known_job(runtime, job_id)
-    result = await runtime.store.result(job_id) if row.state == "succeeded" else None
-    return _json(_with_result(_summary(runtime, row), result))
+async def cancel_job(runtime: RuntimeDependency, principal: Planner, job_id: JobId) -> Response:
+    """End a job that has not ended; its worker's core is free at once. One that has ended stays as it is."""
+    before, _ = await known_job(runtime, principal, job_id)
+    if not before.ended:
+        await _cancel(runtime, principal, job_id)
+    row, result = await known_job(runtime, principal, job_id)
+    return json_response(job_document(runtime, row, result))
 
 
-@router.get(
-    PATH + "/{job_id}/grasps/{rank}/picture.png",
-    response_class=_PngResponse,
-    summary="See a grasp",
-    responses=problem_answers(ProblemKind.NOT_FOUND, ProblemKind.NOT_FINISHED, ProblemKind.INVALID_REQUEST),
+@router.delete(
+    PATH + "/{job_id}",
+    status_code=204,
+    summary="Delete a job",
+    responses=problem_answers(ProblemKind.NOT_FOUND, ProblemKind.INVALID_REQUEST),
 )
-async def get_picture(
-    runtime: RuntimeDependency,
-    job_id: JobId,
-    rank: Annotated[int, Path(description="Rank of the grasp, from 1.")],
-) -> _PngResponse:
-    """Hand and object at the start and at the end, beside the quality curve. Drawn when first asked for."""
-    row = await _known_job(runtime, job_id)
-    if row.state in ("queued", "running"):
-        raise ProblemError(ProblemKind.NOT_FINISHED, f"Job {job_id} is {row.state}; pictures come with its result.")
-    if not 1 <= rank <= (row.grasps or 0):
-        raise ProblemError(ProblemKind.NOT_FOUND, f"Job {job_id} has {row.grasps or 0} grasps, and no rank {rank}.")
-    path = runtime.storage.picture(job_id, rank)
-    if not path.exists():
-        deadline = runtime.settings.picture_deadline_s
-        await runtime.engine.answer(
-            runtime.tasks.draw, runtime.storage, job_id, row.object_id, rank, deadline_s=deadline
-        )
-    return _PngResponse(path)
+async def delete_job(runtime: RuntimeDependency, principal: Planner, job_id: JobId) -> Response:
+    """Delete a job with its result, pictures and recordings; one that has not ended is cancelled first."""
+    row, _ = await known_job(runtime, principal, job_id)
+    if not row.ended:
+        await _cancel(runtime, principal, job_id)
+    await runtime.jobs.delete(principal.owner, job_id)
+    await runtime.remove_job_files(job_id)
+    return Response(status_code=204)
 
 
-def _check(runtime: Runtime, asked: JobCreate) -> None:
-    """Refuse what the planner would refuse, while there is somebody to tell."""
-    hands = [hand.name for hand in runtime.hands()]
-    if asked.hand not in hands:
-        detail = f"Unknown hand {asked.hand!r}; known hands: {', '.join(hands)}."
-        raise ProblemError(ProblemKind.INVALID_REQUEST, detail, field="/hand", valid=hands)
-    try:
-        PlannerSettings.from_document(asked.planner)
-    except SettingsError as error:
-        raise ProblemError(ProblemKind.INVALID_REQUEST, str(error), field="/planner") from error
-    for index, grasp in enumerate(asked.parallel_grasps or []):
-        try:
-            ParallelGrasp.from_document(grasp.model_dump())
-        except ParallelGraspError as error:
-            field = f"/parallel_grasps/{index}"
-            raise ProblemError(ProblemKind.INVALID_REQUEST, str(error), field=field) from error
-
-
-async def _known_job(runtime: Runtime, job_id: str) -> JobRow:
-    row = await runtime.store.job(job_id)
-    if row is None:
-        raise ProblemError(ProblemKind.NOT_FOUND, f"There is no job {job_id!r}.")
+async def _cancel(runtime: Runtime, principal: Principal, job_id: str) -> JobRow | None:
+    row = await runtime.jobs.cancel(principal.owner, job_id)
+    if row is not None and row.state == "cancelled":
+        runtime.watch.tell(job_id, "cancelled")
+        runtime.dispatcher.interrupt(job_id)
+        runtime.metrics.ended.labels("cancelled").inc()
     return row
 
 
-def _summary(runtime: Runtime, row: JobRow) -> JobSummary:
-    """A job as the table has it, with what only a running one has."""
-    running = runtime.dispatcher.progress(row.id) if row.state == "running" else None
-    return JobSummary(
-        id=row.id,
-        state=row.state,
-        stage=running.stage if running else None,
-        progress=running.share if running else float(row.state == "succeeded"),
-        created_at=_time(row.created_at),
-        started_at=_time(row.started_at),
-        finished_at=_time(row.finished_at),
-        request=JobCreate.model_validate_json(row.request),
-        error=row.error,
-    )
+async def _wait(
+    runtime: Runtime, principal: Principal, job_id: str, seconds: float, headers: dict[str, str]
+) -> Response:
+    """The job at once, or when it has ended, or when the time is over."""
+    with runtime.watch.watcher(job_id) as watcher:
+        row, result = await known_job(runtime, principal, job_id)
+        if row.ended or not seconds:
+            return json_response(job_document(runtime, row, result), headers=headers | _applied(seconds))
+        await watcher.end(seconds)
+    return await _answer(runtime, principal, job_id, seconds, headers)
 
 
-def _time(seconds: float | None) -> Any:
-    return None if seconds is None else datetime.fromtimestamp(seconds, UTC)
+async def _answer(
+    runtime: Runtime, principal: Principal, job_id: str, seconds: float, headers: dict[str, str]
+) -> Response:
+    row, result = await known_job(runtime, principal, job_id)
+    status = 200 if row.ended else 202
+    return json_response(job_document(runtime, row, result), status, headers | _applied(seconds))
 
 
-def _with_result(summary: JobSummary, result: str | None) -> str:
-    """The ``Job`` document. A result is text already; parsing it would cost the event loop."""
-    return f'{summary.model_dump_json()[:-1]},"result":{result or "null"}}}'
-
-
-def _json(document: str, status: int = 200, headers: dict[str, str] | None = None) -> Response:
-    return Response(document, status, headers, media_type="application/json")
+def _applied(seconds: float) -> dict[str, str]:
+    return {"Preference-Applied": f"wait={seconds:g}"} if seconds else {}

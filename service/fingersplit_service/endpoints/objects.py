@@ -1,29 +1,41 @@
-"""Objects: upload a mesh, list, get."""
+"""Objects: upload a mesh, list, get, export, delete."""
 
 import asyncio
 import shutil
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from fastapi import APIRouter, File, Form, Query, Response, UploadFile
-from fastapi import Path as PathParameter
+from fastapi.responses import FileResponse
 
 from fingersplit.errors import MeshError
-from fingersplit_client.schemas import ObjectInfo, Unit
+from fingersplit_client.schemas import CloudReport, IntakeReport, ObjectInfo, ObjectPage, Unit
+from fingersplit_service.endpoints.documents import Cursor, Limit, ObjectId, known_object, next_cursor, place
 from fingersplit_service.jobs.engine import DeadlineExceeded, WorkerDied
 from fingersplit_service.openapi import problem_answers
 from fingersplit_service.problems import ProblemError, ProblemKind
 from fingersplit_service.runtime import Runtime, RuntimeDependency
+from fingersplit_service.security.access import Planner, Reader
 
 __all__ = ["PATH", "router"]
 
 PATH = "/v1/objects"
 router = APIRouter(tags=["objects"])
+_PRINTABLE = r"^[^\x00-\x1f\x7f]*$"
 
 _KNOWN_ALREADY: dict[int | str, dict[str, Any]] = {
     200: {"model": ObjectInfo, "description": "The same mesh is here already; this is its object."}
 }
+
+
+class _MeshResponse(FileResponse):
+    """A mesh file."""
+
+    media_type = "application/octet-stream"
+
+
+_PROBLEMS = problem_answers(ProblemKind.NOT_FOUND, ProblemKind.INVALID_REQUEST)
 
 
 @router.post(
@@ -32,8 +44,6 @@ _KNOWN_ALREADY: dict[int | str, dict[str, Any]] = {
     summary="Upload a mesh",
     responses=_KNOWN_ALREADY
     | problem_answers(
-        ProblemKind.BAD_REQUEST,
-        ProblemKind.TOO_LARGE,
         ProblemKind.UNKNOWN_FORMAT,
         ProblemKind.INVALID_REQUEST,
         ProblemKind.INVALID_MESH,
@@ -41,10 +51,13 @@ _KNOWN_ALREADY: dict[int | str, dict[str, Any]] = {
 )
 async def upload_object(
     runtime: RuntimeDependency,
+    principal: Planner,
     response: Response,
     file: Annotated[UploadFile, File(description="The mesh file; its name's suffix says the format.")],
     unit: Annotated[Unit, Form(description="Length unit of the file.")] = "m",
-    name: Annotated[str, Form(description="Name for people; by default that of the file.", max_length=200)] = "",
+    name: Annotated[
+        str, Form(description="Name for people; by default that of the file.", max_length=200, pattern=_PRINTABLE)
+    ] = "",
 ) -> ObjectInfo:
     """Check a mesh and keep it. The object frame is the frame of the file; everything is converted to metres.
 
@@ -53,7 +66,7 @@ async def upload_object(
     """
     filename = Path(file.filename or "object")
     suffix = filename.suffix.lower()
-    if not suffix[1:].isalnum():
+    if not (suffix[1:].isascii() and suffix[1:].isalnum()):
         raise ProblemError(
             ProblemKind.UNKNOWN_FORMAT,
             f"The file's name, {file.filename!r}, has no suffix that says its format.",
@@ -65,41 +78,79 @@ async def upload_object(
         found = await _inspect(runtime, upload, unit)
     finally:
         upload.unlink(missing_ok=True)
-    info = ObjectInfo(name=name or filename.stem, unit=unit, created_at=datetime.now(UTC), **found)
-    if not await runtime.store.add_object(info):
+    name = name or "".join(letter for letter in filename.stem if letter.isprintable())[:200]
+    info = ObjectInfo(name=name, unit=unit, created_at=datetime.now(UTC), **found)
+    if not await runtime.objects.add(principal.owner, info):
         response.status_code = 200
-        info = await _known_object(runtime, info.id)
+        info = ObjectInfo.model_validate_json(await known_object(runtime, principal, info.id))
     response.headers["Location"] = f"{PATH}/{info.id}"
     return info
 
 
 @router.get(PATH, summary="List the objects", responses=problem_answers(ProblemKind.INVALID_REQUEST))
 async def list_objects(
-    runtime: RuntimeDependency,
-    limit: Annotated[int, Query(ge=1, le=1000, description="How many to return at most.")] = 100,
-) -> list[ObjectInfo]:
-    """The newest objects, newest first."""
-    return [ObjectInfo.model_validate_json(one) for one in await runtime.store.object_documents(limit)]
+    runtime: RuntimeDependency, principal: Reader, limit: Limit = 100, cursor: Cursor = None
+) -> ObjectPage:
+    """Objects, newest first."""
+    stored = await runtime.objects.page(principal.owner, place(cursor), limit)
+    return ObjectPage(
+        items=[ObjectInfo.model_validate_json(one.document) for one in stored],
+        next_cursor=next_cursor([one.number for one in stored], limit),
+    )
+
+
+@router.get(PATH + "/{object_id}", summary="Get an object", responses=_PROBLEMS)
+async def get_object(runtime: RuntimeDependency, principal: Reader, object_id: ObjectId) -> ObjectInfo:
+    """One object and what was found in its file."""
+    return ObjectInfo.model_validate_json(await known_object(runtime, principal, object_id))
+
+
+@router.get(PATH + "/{object_id}/report", summary="See what was repaired", responses=_PROBLEMS)
+async def get_report(runtime: RuntimeDependency, principal: Reader, object_id: ObjectId) -> IntakeReport | CloudReport:
+    """What was found in an object's file and what was repaired."""
+    return ObjectInfo.model_validate_json(await known_object(runtime, principal, object_id)).report
 
 
 @router.get(
-    PATH + "/{object_id}",
-    summary="Get an object",
-    responses=problem_answers(ProblemKind.NOT_FOUND, ProblemKind.INVALID_REQUEST),
+    PATH + "/{object_id}/mesh",
+    response_class=_MeshResponse,
+    summary="Get the mesh",
+    responses=_PROBLEMS | problem_answers(ProblemKind.NOT_FOUND, ProblemKind.WORKER_FAILED),
 )
-async def get_object(
+async def get_mesh(
     runtime: RuntimeDependency,
-    object_id: Annotated[str, PathParameter(description="Id of an object.", max_length=64)],
-) -> ObjectInfo:
-    """One object and what was found in its file."""
-    return await _known_object(runtime, object_id)
+    principal: Reader,
+    object_id: ObjectId,
+    file_type: Annotated[
+        Literal["ply", "stl", "obj", "glb", "off"], Query(alias="format", description="Format of the file.")
+    ] = "ply",
+) -> _MeshResponse:
+    """The checked mesh, object frame, in metres."""
+    await known_object(runtime, principal, object_id)
+    path = runtime.storage.mesh_export(object_id, file_type)
+    if not path.exists():
+        deadline = runtime.settings.picture_deadline_s
+        await runtime.engine.answer(runtime.tasks.export, runtime.storage, object_id, file_type, deadline_s=deadline)
+    return _MeshResponse(path, filename=path.name, media_type=_MeshResponse.media_type)
 
 
-async def _known_object(runtime: Runtime, object_id: str) -> ObjectInfo:
-    document = await runtime.store.object_document(object_id)
-    if document is None:
-        raise ProblemError(ProblemKind.NOT_FOUND, f"There is no object {object_id!r}; upload its mesh to {PATH}.")
-    return ObjectInfo.model_validate_json(document)
+@router.delete(
+    PATH + "/{object_id}",
+    status_code=204,
+    summary="Delete an object",
+    responses=_PROBLEMS | problem_answers(ProblemKind.IN_USE),
+)
+async def delete_object(runtime: RuntimeDependency, principal: Planner, object_id: ObjectId) -> Response:
+    """Delete an object and its parallel grasps. Ended jobs keep their results; their pictures cannot be redrawn."""
+    removal = await runtime.objects.remove(principal.owner, object_id)
+    if removal.unfinished:
+        detail = f"{removal.unfinished} jobs that have not ended need object {object_id}; cancel them first."
+        raise ProblemError(ProblemKind.IN_USE, detail)
+    if not removal.found:
+        raise ProblemError(ProblemKind.NOT_FOUND, f"There is no object {object_id!r}.")
+    if removal.last:
+        await asyncio.to_thread(runtime.storage.remove_object, object_id)
+    return Response(status_code=204)
 
 
 def _save(file: UploadFile, path: Path) -> None:

@@ -2,67 +2,80 @@
 
 import asyncio
 import logging
-from dataclasses import dataclass
-from typing import NoReturn
+import time
+from collections.abc import Awaitable, Callable
+from dataclasses import replace
+from typing import NoReturn, TypeVar
 
 from fingersplit.errors import FingersplitError
 from fingersplit_client.schemas import JobError
-from fingersplit_service.jobs.engine import DeadlineExceeded, Engine, Priority, WorkerDied
-from fingersplit_service.jobs.slot import WorkerSlot
-from fingersplit_service.jobs.store import JobRow, Store
-from fingersplit_service.jobs.tasks import PlanTask
+from fingersplit_service.database.connection import StorageUnavailable
+from fingersplit_service.database.queue import Queue
+from fingersplit_service.database.rows import JobRow
+from fingersplit_service.jobs.engine import DeadlineExceeded, Engine, Priority, Turn, WorkerDied
+from fingersplit_service.jobs.tasks import JobOrder, JobOutcome, PlanTask
+from fingersplit_service.jobs.watch import Progress, Watch
 from fingersplit_service.jobs.worker import Report
+from fingersplit_service.operations.logs import log_context
+from fingersplit_service.operations.metrics import Metrics
+from fingersplit_service.operations.tracing import span
+from fingersplit_service.settings import ServiceSettings
 from fingersplit_service.storage import Storage
 
-__all__ = ["Dispatcher", "Progress"]
+__all__ = ["Dispatcher"]
 
 _log = logging.getLogger(__name__)
+_RETRY, _LONGEST_RETRY = 0.1, 5.0  # pauses between attempts to write to the database [s]
+_KEPT_LATE = "The database could not be written when the job ended; its result was kept later."
 
-
-@dataclass(frozen=True)
-class Progress:
-    """How far a running job is: what it does, and the share of the work done."""
-
-    stage: str = "starting"
-    share: float = 0.0
+Returned = TypeVar("Returned")
 
 
 class Dispatcher:
     """Runs jobs. The table is the truth; here is only what a dying process may forget.
 
     Args:
-        store: Where the jobs are.
+        queue: Where the jobs are.
         storage: Where their files are.
         engine: Where the workers are.
-        runners: How many jobs may run at once.
+        watch: Who is told what becomes of them.
+        metrics: What is counted.
+        settings: Number of workers and times.
         plan: What a worker runs for a job.
-        deadline_s: Longest time of one job [s].
     """
 
     def __init__(
         self,
-        store: Store,
+        queue: Queue,
         storage: Storage,
         engine: Engine,
-        *,
-        runners: int,
+        watch: Watch,
+        metrics: Metrics,
+        settings: ServiceSettings,
         plan: PlanTask,
-        deadline_s: float,
     ) -> None:
-        self._store, self._storage, self._engine = store, storage, engine
-        self._plan, self._deadline_s = plan, deadline_s
-        self._runners, self._tasks = runners, list[asyncio.Task[NoReturn]]()
-        self._progress: dict[str, Progress] = {}
-        self._wake = asyncio.Event()
+        self._queue, self._storage, self._engine, self._watch, self._metrics = queue, storage, engine, watch, metrics
+        self._settings, self._plan = settings, plan
+        self._tasks = list[asyncio.Task[NoReturn]]()
+        self._turns: dict[str, Turn] = {}
+        self._wake, self._idle = asyncio.Event(), asyncio.Event()
+        self._stopping = False
+        self._idle.set()
 
     async def start(self) -> None:
         """Take up what a dead process left, and begin."""
-        await self._store.take_up()
+        await self._queue.take_up(alone=self._settings.database_url is None)
         self.wake()
-        self._tasks = [asyncio.create_task(self._run_jobs()) for _ in range(self._runners)]
+        runners = [self._run_jobs() for _ in range(self._settings.workers)]
+        self._tasks = [asyncio.create_task(task) for task in (*runners, self._keep_leases())]
 
     async def stop(self) -> None:
-        """Begin nothing new; running jobs go back to the queue for the next process."""
+        """Begin nothing new; jobs that do not end in time go back to the queue for the next process."""
+        self._stopping = True
+        try:
+            await asyncio.wait_for(self._idle.wait(), self._settings.stop_grace_s)
+        except TimeoutError:
+            _log.info("%d running jobs go back to the queue.", len(self._turns))
         for task in self._tasks:
             task.cancel()
         await asyncio.gather(*self._tasks, return_exceptions=True)
@@ -71,52 +84,119 @@ class Dispatcher:
         """Say that a job was queued."""
         self._wake.set()
 
-    def progress(self, job_id: str) -> Progress:
-        """How far a running job is."""
-        return self._progress.get(job_id, Progress())
+    def interrupt(self, job_id: str) -> None:
+        """Free the core of a job that was cancelled, at once, whatever its worker does."""
+        turn = self._turns.get(job_id)
+        if turn is not None:
+            turn.worker.kill()
 
     async def _run_jobs(self) -> NoReturn:
         while True:
             await self._wake.wait()
-            async with self._engine.worker(Priority.JOB) as worker:
+            if self._stopping:
+                await asyncio.Event().wait()  # for the end of this task
+            async with self._engine.worker(Priority.JOB) as turn:
+                if self._stopping:
+                    continue
                 self._wake.clear()  # before looking: a job that is queued meanwhile sets it again
                 try:
-                    job = await self._store.claim()
+                    job = await self._queue.claim()
                     if job is not None:
-                        self._wake.set()  # there may be more
-                        await self._run(worker, job)
+                        self.wake()  # there may be more
+                        await self._run(turn, job)
+                except StorageUnavailable:
+                    asyncio.get_running_loop().call_later(_RETRY, self.wake)
                 except Exception:
                     _log.exception("A job could not be taken up or ended.")
 
-    async def _run(self, worker: WorkerSlot, job: JobRow) -> None:
+    async def _run(self, turn: Turn, job: JobRow) -> None:
+        self._turns[job.id] = turn
+        self._idle.clear()
         try:
-            outcome = await worker.run(
-                self._plan,
-                self._storage,
-                job.id,
-                job.object_id,
-                job.object_name,
-                job.request,
-                deadline_s=self._deadline_s,
-                on_report=lambda report: self._note(job, report),
+            with log_context(job_id=job.id), span("job", job_id=job.id, object_id=job.object_id, hand=job.hand):
+                self._metrics.waited.observe(max(0.0, (job.started_at or 0.0) - job.created_at))
+                self._watch.tell(job.id, "running", Progress())
+                turn.prefer(job.object_id)
+                await self._attempt(turn, job)
+        finally:
+            del self._turns[job.id]
+            if not self._turns:
+                self._idle.set()
+
+    async def _attempt(self, turn: Turn, job: JobRow) -> None:
+        limit = self._settings.plan_deadline_s
+        deadline = limit if job.deadline_s is None else min(limit, job.deadline_s)
+        began = time.monotonic()
+        order = JobOrder(job.id, job.object_id, job.object_name, job.request, deadline)
+        try:
+            outcome = await turn.worker.run(
+                self._plan, self._storage, order, deadline_s=deadline, on_report=lambda report: self._note(job, report)
             )
         except WorkerDied:
-            if await self._store.count_worker_death(job.id):
-                self.wake()
+            _log.warning("Job %s: its worker died.", job.id)
+            again = await _insist(lambda _late: self._queue.count_worker_death(job.id))
+            self._ended(job, "queued" if again else "failed")
         except asyncio.CancelledError:
-            await self._store.give_back(job.id)
+            await self._queue.give_back(job.id)
+            self._watch.tell(job.id, "queued")
             raise
         except Exception as error:
             if isinstance(error, MemoryError):
-                worker.kill()  # what is left of its memory is not worth keeping
-            await self._store.fail(job.id, _reason(job, error))
+                turn.worker.kill()  # what is left of its memory is not worth keeping
+            reason = _reason(job, error)
+            await _insist(lambda _late: self._queue.fail(job.id, reason))
+            self._ended(job, "failed")
         else:
-            await self._store.succeed(job.id, outcome.result, outcome.grasps)
-        finally:
-            self._progress.pop(job.id, None)
+            await self._keep(job, outcome)
+            self._metrics.ran.observe(time.monotonic() - began)
+
+    async def _keep(self, job: JobRow, outcome: JobOutcome) -> None:
+        async def keep(late: bool) -> bool:
+            warnings = (*outcome.finding.warnings, *([_KEPT_LATE] if late else []))
+            return await self._queue.succeed(job.id, replace(outcome.finding, warnings=warnings))
+
+        if await _insist(keep):
+            self._metrics.observe_result(outcome)
+            self._ended(job, "succeeded")
+
+    def _ended(self, job: JobRow, state: str) -> None:
+        """Tell of a job's new state, unless somebody cancelled it, which was told then."""
+        if self._watch.latest(job.id) is None:
+            return
+        if state == "queued":
+            self.wake()
+            self._watch.tell(job.id, "queued")
+            return
+        self._metrics.ended.labels(state).inc()
+        self._watch.tell(job.id, "failed" if state == "failed" else "succeeded")
 
     def _note(self, job: JobRow, report: Report) -> None:
-        self._progress[job.id] = Progress(report.stage, report.progress)
+        if self._watch.latest(job.id) is not None:
+            self._watch.tell(job.id, "running", Progress(report.stage, report.progress))
+
+    async def _keep_leases(self) -> NoReturn:
+        """Extend the leases of what runs here, and take up what other processes let go."""
+        while True:
+            await asyncio.sleep(self._settings.lease_s / 3)
+            try:
+                if self._turns:
+                    await self._queue.extend_leases(list(self._turns))
+                if await self._queue.take_up(alone=False):
+                    self.wake()
+            except StorageUnavailable:
+                _log.warning("Leases could not be extended.")
+
+
+async def _insist(write: Callable[[bool], Awaitable[Returned]]) -> Returned:
+    """Write to the database, again and again until it can be written; ``write`` is told whether it is late."""
+    pause, late = _RETRY, False
+    while True:
+        try:
+            return await write(late)
+        except StorageUnavailable:
+            late = True
+            await asyncio.sleep(pause)
+            pause = min(2 * pause, _LONGEST_RETRY)
 
 
 def _reason(job: JobRow, error: Exception) -> JobError:

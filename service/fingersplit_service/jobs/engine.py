@@ -4,19 +4,22 @@ import asyncio
 import heapq
 import itertools
 import logging
+from collections import OrderedDict
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from enum import IntEnum
 from typing import Any, TypeVar
 
 from fingersplit_service.jobs.slot import DeadlineExceeded, ReportHandler, WorkerDied, WorkerSlot
+from fingersplit_service.jobs.tasks import Warmth
 
-__all__ = ["DeadlineExceeded", "Engine", "Priority", "ReportHandler", "WorkerDied"]
+__all__ = ["DeadlineExceeded", "Engine", "Priority", "ReportHandler", "Turn", "WorkerDied"]
 
 Returned = TypeVar("Returned")
 
 _log = logging.getLogger(__name__)
 _LONGEST_PAUSE = 30.0  # between attempts to start a worker [s]
+_REMEMBERED_OBJECTS = 8  # that a worker is taken to have ready
 
 
 class Priority(IntEnum):
@@ -26,49 +29,87 @@ class Priority(IntEnum):
     JOB = 1
 
 
+class Turn:
+    """The right to use one worker for a while.
+
+    Attributes:
+        worker: The worker.
+    """
+
+    def __init__(self, engine: "Engine", worker: WorkerSlot) -> None:
+        self._engine, self.worker = engine, worker
+        self._process = worker.processes
+
+    def prefer(self, object_id: str) -> None:
+        """Exchange the worker for a free one that has worked on the same object, if there is one."""
+        self.worker = self._engine.exchange(self.worker, object_id)
+        self._process = self.worker.processes
+
+    def end(self) -> None:
+        """Give the worker back; one that was killed or replaced meanwhile comes back through its keeper."""
+        if self.worker.processes == self._process and self.worker.usable:
+            self._engine.put_back(self.worker)
+        self._engine.serve_next()
+
+
 class Engine:
-    """A fixed number of warm worker processes.
+    """A fixed number of warm worker processes that work at once, and spare ones that take over when one dies.
 
     Args:
-        workers: How many.
+        workers: How many work at once.
+        spares: How many more are kept warm.
         memory_bytes: Largest address space of each.
-        warm: Runs first in each new process; what it returns is kept in `warmth`.
+        recycle_bytes: A worker that has grown beyond this is replaced when it is free.
+        warm: Runs first in each new process.
         warm_deadline_s: Its longest time [s].
 
     Attributes:
         warmth: What ``warm`` returned last; None until the first worker is warm.
+        restarts: How many processes had to be replaced.
     """
 
     def __init__(
         self,
         workers: int,
+        *,
+        spares: int = 0,
         memory_bytes: int,
-        warm: Callable[..., Any],
+        recycle_bytes: int,
+        warm: Callable[[], Warmth],
         warm_deadline_s: float,
     ) -> None:
-        self.warmth: Any = None
-        self._warm, self._warm_deadline_s = warm, warm_deadline_s
-        self._slots = [WorkerSlot(memory_bytes) for _ in range(workers)]
+        self.warmth: Warmth | None = None
+        self.restarts = 0
+        self._warm, self._warm_deadline_s, self._recycle_bytes = warm, warm_deadline_s, recycle_bytes
+        self._workers = workers
+        self._slots = [WorkerSlot(memory_bytes) for _ in range(workers + spares)]
         self._free: list[WorkerSlot] = []
+        self._objects: dict[WorkerSlot, OrderedDict[str, None]] = {slot: OrderedDict() for slot in self._slots}
+        self._active = 0
         self._waiting: list[tuple[Priority, int, asyncio.Future[WorkerSlot]]] = []
         self._order = itertools.count()
         self._warm_slots: set[WorkerSlot] = set()
-        self._never_warm = set(self._slots)
+        self._was_warm = asyncio.Event()  # once as many were warm as work at once
         self._keepers: list[asyncio.Task[None]] = []
 
     @property
     def ready(self) -> bool:
-        """Whether every slot has been warm once and one has a worker now."""
-        return not self._never_warm and bool(self._warm_slots)
+        """Whether all workers have been warm once and one is warm now."""
+        return self._was_warm.is_set() and bool(self._warm_slots)
 
     @property
     def warm_workers(self) -> int:
-        """Number of workers that are warm, busy or not."""
-        return len(self._warm_slots)
+        """Number of workers that are warm, busy or not, spare ones not counted."""
+        return min(len(self._warm_slots), self._workers)
+
+    @property
+    def busy_workers(self) -> int:
+        """Number of workers that are in use."""
+        return self._active
 
     def start(self) -> None:
-        """Begin to fill all slots."""
-        self._keepers = [asyncio.create_task(self._keep(slot)) for slot in self._slots]
+        """Begin to fill the slots, the spare ones once the others are warm."""
+        self._keepers = [asyncio.create_task(self._keep(place, slot)) for place, slot in enumerate(self._slots)]
 
     async def stop_refilling(self) -> None:
         """Start no more workers."""
@@ -82,31 +123,63 @@ class Engine:
         await asyncio.gather(*(slot.discard() for slot in self._slots))
 
     @asynccontextmanager
-    async def worker(self, priority: Priority) -> AsyncIterator[WorkerSlot]:
+    async def worker(self, priority: Priority) -> AsyncIterator[Turn]:
         """Have a free worker for oneself; waits for one."""
-        while True:
-            slot = await self._take(priority)
-            if slot.usable:
-                break
-        process = slot.processes
+        turn = Turn(self, await self._take(priority))
         try:
-            yield slot
+            yield turn
         finally:
-            if slot.processes == process:  # else its keeper has refilled it, and offers it when it is warm
-                self._offer(slot)
+            self._active -= 1
+            turn.end()
 
-    async def answer(self, function: Callable[..., Returned], *arguments: Any, deadline_s: float) -> Returned:
+    async def answer(
+        self, function: Callable[..., Returned], *arguments: Any, deadline_s: float, object_id: str | None = None
+    ) -> Returned:
         """Run what somebody waits for in the next free worker; arguments and errors as `WorkerSlot.run`."""
-        async with self.worker(Priority.ANSWER) as worker:
-            return await worker.run(function, *arguments, deadline_s=deadline_s)
+        async with self.worker(Priority.ANSWER) as turn:
+            if object_id is not None:
+                turn.prefer(object_id)
+            return await turn.worker.run(function, *arguments, deadline_s=deadline_s)
 
-    async def _keep(self, slot: WorkerSlot) -> None:
+    def exchange(self, slot: WorkerSlot, object_id: str) -> WorkerSlot:
+        """A worker that has worked on an object: the given one, else a free one, else the given one all the same."""
+        if object_id not in self._objects[slot]:
+            for place, other in enumerate(self._free):
+                if object_id in self._objects[other]:
+                    self._free[place], slot = slot, other
+                    break
+        known = self._objects[slot]
+        known[object_id] = None
+        known.move_to_end(object_id)
+        if len(known) > _REMEMBERED_OBJECTS:
+            known.popitem(last=False)
+        return slot
+
+    def put_back(self, slot: WorkerSlot) -> None:
+        """Make a worker free again, unless it has grown too large."""
+        if slot.resident_bytes > self._recycle_bytes:
+            _log.warning("A worker process has grown to %d MiB; replacing it.", slot.resident_bytes >> 20)
+            slot.kill()
+            return
+        self._free.append(slot)
+
+    def serve_next(self) -> None:
+        """Give free workers to those who wait, as many as may work at once."""
+        while self._waiting and self._free and self._active < self._workers:
+            _, _, turn = heapq.heappop(self._waiting)
+            if not turn.done():
+                self._active += 1
+                turn.set_result(self._free.pop())
+
+    async def _keep(self, place: int, slot: WorkerSlot) -> None:
         """Fill one slot, again and again as its processes die."""
+        if place >= self._workers:
+            await self._was_warm.wait()
         pause = 1.0
         while True:
             try:
                 slot.start()
-                self.warmth = await slot.run(self._warm, deadline_s=self._warm_deadline_s)
+                warmth = await slot.run(self._warm, deadline_s=self._warm_deadline_s)
             except Exception:
                 _log.exception("A worker process did not start; next attempt in %g s.", pause)
                 await slot.discard()
@@ -114,34 +187,34 @@ class Engine:
                 pause = min(2 * pause, _LONGEST_PAUSE)
                 continue
             pause = 1.0
-            self._never_warm.discard(slot)
-            self._warm_slots.add(slot)
-            self._offer(slot)
+            self.warmth = warmth
+            if warmth.compiled:  # the compiler's memory stays with the process: a fresh one only loads
+                await slot.discard()
+                continue
+            self._arrive(slot)
             await slot.death()
+            self.restarts += 1
             _log.warning("A worker process ended; starting another.")
             self._warm_slots.discard(slot)
             self._free = [other for other in self._free if other is not slot]
+            self._objects[slot].clear()
             await slot.discard()
 
+    def _arrive(self, slot: WorkerSlot) -> None:
+        self._warm_slots.add(slot)
+        if len(self._warm_slots) >= self._workers:
+            self._was_warm.set()
+        self._free.append(slot)
+        self.serve_next()
+
     async def _take(self, priority: Priority) -> WorkerSlot:
-        if self._free:
-            return self._free.pop()
         turn: asyncio.Future[WorkerSlot] = asyncio.get_running_loop().create_future()
         heapq.heappush(self._waiting, (priority, next(self._order), turn))
+        self.serve_next()
         try:
             return await turn
         except asyncio.CancelledError:
             if turn.done() and not turn.cancelled():
-                self._offer(turn.result())
+                self._active -= 1
+                Turn(self, turn.result()).end()
             raise
-
-    def _offer(self, slot: WorkerSlot) -> None:
-        """Give a slot to the first who waits, or keep it free; an empty one its keeper brings back."""
-        if not slot.usable:
-            return
-        while self._waiting:
-            _, _, turn = heapq.heappop(self._waiting)
-            if not turn.done():
-                turn.set_result(slot)
-                return
-        self._free.append(slot)

@@ -9,10 +9,13 @@ import asyncio
 import multiprocessing
 import os
 import signal
+import sys
 from collections.abc import Callable, Iterator
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from multiprocessing.connection import Connection
+from pathlib import Path
+from types import ModuleType
 from typing import Any, TypeVar
 
 from pebble import ProcessExpired, ProcessPool
@@ -24,7 +27,9 @@ __all__ = ["DeadlineExceeded", "ReportHandler", "WorkerDied", "WorkerSlot"]
 Returned = TypeVar("Returned")
 ReportHandler = Callable[[Report], None]
 
+_PAGE = os.sysconf("SC_PAGE_SIZE")
 _ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"), "1")
+_WORKER_ENVIRONMENT = _ONE_THREAD | {"MUJOCO_GL": "disable"}  # nothing is drawn with OpenGL
 
 
 class WorkerDied(Exception):  # noqa: N818 -- names what happened
@@ -61,6 +66,14 @@ class WorkerSlot:
         """Whether a process is there and meant to stay."""
         return not self._killed and self._death is not None and not self._death.done()
 
+    @property
+    def resident_bytes(self) -> int:
+        """Memory that the process has in use; 0 where the system does not say."""
+        try:
+            return int(Path(f"/proc/{self._pid}/statm").read_text().split()[1]) * _PAGE
+        except (OSError, IndexError):
+            return 0
+
     def start(self) -> None:
         """Start a process.
 
@@ -77,7 +90,7 @@ class WorkerSlot:
         )
         loop = asyncio.get_running_loop()
         self._death, self._pid, self._killed = loop.create_future(), None, False
-        with _environment(_ONE_THREAD):
+        with _environment(_WORKER_ENVIRONMENT), _nothing_to_import():
             self._pool.schedule(os.getpid)  # a pool starts its process with its first task
         # With this end closed here, the worker's death ends the stream, and pebble cannot start another.
         sender.close()
@@ -176,6 +189,17 @@ class WorkerSlot:
 def _forget(answer: "asyncio.Future[Any]") -> None:
     """Let go of an answer that nobody waits for, without a complaint about its exception."""
     answer.add_done_callback(lambda done: done.cancelled() or done.exception())
+
+
+@contextmanager
+def _nothing_to_import() -> Iterator[None]:
+    """Keep the processes started inside from importing the program, which they do not need: it is large."""
+    program = sys.modules["__main__"]
+    sys.modules["__main__"] = ModuleType("__main__")
+    try:
+        yield
+    finally:
+        sys.modules["__main__"] = program
 
 
 @contextmanager

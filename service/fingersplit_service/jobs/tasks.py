@@ -1,60 +1,99 @@
-"""What worker processes do: look at an upload, plan, draw.
+"""What worker processes do: look at an upload, find parallel grasps, plan, draw.
 
 The planner is imported inside the functions, so that only workers load it: the service process stays small
 and starts fast. What goes in and comes out is plain and small; meshes and traces travel as files.
 """
 
+import importlib
+import importlib.util
 import json
+import sys
+import time
 from collections.abc import Callable
-from dataclasses import dataclass
-from functools import lru_cache
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fingersplit.errors import FingersplitError
+from fingersplit_service.findings import Finding
+from fingersplit_service.jobs.stored_objects import prepared_object, stored_mesh
+from fingersplit_service.jobs.views import ExportedFile, ViewOrder, convert_result, draw_view
 from fingersplit_service.jobs.worker import report_progress
 from fingersplit_service.storage import Storage
 
 if TYPE_CHECKING:
-    from fingersplit.objects.mesh import Mesh
-    from fingersplit.objects.model import ObjectModel
+    from fingersplit.plan import Plan
 
 __all__ = [
+    "ConvertTask",
     "DrawTask",
+    "ExportTask",
+    "GenerateTask",
     "InspectTask",
+    "JobOrder",
     "JobOutcome",
     "PlanTask",
     "Tasks",
     "WarmTask",
-    "draw_picture",
+    "Warmth",
+    "export_mesh",
+    "generate_parallel_grasps",
     "inspect_object",
+    "keep_recording",
     "plan_job",
+    "verify_plan",
     "warm",
 ]
 
-_PREPARED_OBJECTS = 8  # kept ready by each worker
+_SHARE_OF_DEADLINE = 0.8  # after which nothing more is verified, so that the worker is not killed with its results
+
+
+@dataclass(frozen=True)
+class Warmth:
+    """What a warm worker says: the documents of the hands, and whether it had to compile kernels."""
+
+    hands: list[dict[str, Any]]
+    compiled: bool = False
+
+
+@dataclass(frozen=True)
+class JobOrder:
+    """A job for a worker: its object, the ``JobCreate`` document, and when the worker will be killed [s]."""
+
+    job_id: str
+    object_id: str
+    object_name: str
+    request: str
+    deadline_s: float
 
 
 @dataclass(frozen=True)
 class JobOutcome:
-    """A finished plan: the result document as JSON text, and the number of its grasps."""
+    """A finished job: what to keep, and for the metrics the time by stage [ms] and whether each simulation held."""
 
-    result: str
-    grasps: int
+    finding: Finding
+    stage_ms: dict[str, float] = field(default_factory=dict)
+    simulated: tuple[bool, ...] = ()
 
 
-def warm() -> list[dict[str, Any]]:
-    """Load the planner and all hands, and plan once so that the kernels are compiled.
-
-    Returns:
-        The documents of the hands.
-    """
+def warm() -> Warmth:
+    """Load the planner and all hands, and plan once so that the kernels are compiled."""
     from fingersplit.hands.hand import available_hands, load_hand
     from fingersplit.warming import compile_kernels
 
     hands = [load_hand(name) for name in available_hands()]
     for hand in hands:
         compile_kernels(hand)
-    return [hand.to_document() for hand in hands]
+    return Warmth([hand.to_document() for hand in hands], _has_compiled())
+
+
+def _has_compiled() -> bool:
+    """Whether a kernel of the planner was not in the cache and had to be compiled in this process."""
+    from numba.core.dispatcher import Dispatcher
+
+    planner = [module for name, module in sys.modules.items() if name.startswith("fingersplit.")]
+    kernels = [value for module in planner for value in vars(module).values() if isinstance(value, Dispatcher)]
+    return any(kernel.stats.cache_misses for kernel in kernels)
 
 
 def inspect_object(storage: Storage, upload: Path, unit: str) -> dict[str, Any]:
@@ -89,26 +128,40 @@ def inspect_object(storage: Storage, upload: Path, unit: str) -> dict[str, Any]:
     }
 
 
-def plan_job(storage: Storage, job_id: str, object_id: str, object_name: str, request: str) -> JobOutcome:
-    """Plan what a job asks for, and keep the traces for its pictures.
+def generate_parallel_grasps(
+    storage: Storage, object_id: str, hand: str, count: int, seed: int, friction: float
+) -> list[dict[str, Any]]:
+    """Find antipodal parallel grasps of an object that fit a hand's opening; their documents."""
+    import numpy as np
 
-    Args:
-        storage: The data directory.
-        job_id: Id of the job.
-        object_id: Id of its object.
-        object_name: Name of its object.
-        request: The ``JobCreate`` document, JSON.
-    """
+    from fingersplit.hands.hand import load_hand
+    from fingersplit.parallel_grasps.antipodal import sample_antipodal
+    from fingersplit.parallel_grasps.sources import APPROACHES
+
+    grasps = sample_antipodal(
+        prepared_object(storage, object_id, object_id),
+        count,
+        friction=friction,
+        opening=load_hand(hand).gripper.opening,
+        approaches=APPROACHES,
+        rng=np.random.default_rng(seed),
+    )
+    return [grasp.to_document() for grasp in grasps]
+
+
+def plan_job(storage: Storage, order: JobOrder) -> JobOutcome:
+    """Plan what a job asks for, verify what it wants verified, and keep the traces for its pictures."""
     from fingersplit.hands.hand import load_hand
     from fingersplit.parallel_grasps.parallel_grasp import ParallelGrasp
     from fingersplit.planning import plan
     from fingersplit.splitting.settings import PlannerSettings
 
-    asked = json.loads(request)
+    asked = json.loads(order.request)
+    time_to_verify = time.monotonic() + _SHARE_OF_DEADLINE * order.deadline_s
     report_progress("preparing", 0.0)
     grasps = asked["parallel_grasps"]
     planned = plan(
-        _prepared_object(storage, object_id, object_name),
+        prepared_object(storage, order.object_id, order.object_name),
         load_hand(asked["hand"]),
         None if grasps is None else [ParallelGrasp.from_document(grasp) for grasp in grasps],
         starts=asked["starts"],
@@ -117,40 +170,70 @@ def plan_job(storage: Storage, job_id: str, object_id: str, object_name: str, re
         settings=PlannerSettings.from_document(asked["planner"]),
         progress=report_progress,
     )
-    with storage.atomic(storage.traces(job_id)) as staged:
-        planned.save_traces(staged)
+    planned = verify_plan(planned, asked, time_to_verify - time.monotonic())
+    warnings = keep_recording(storage, order.job_id, planned) if asked["recording"] else []
     document = planned.to_document()
-    return JobOutcome(json.dumps(document, allow_nan=False), len(document["grasps"]))
+    ranked = document["grasps"]
+    simulated = tuple(grasp["verification"]["passed"] for grasp in ranked if grasp["verification"])
+    finding = Finding(
+        result=json.dumps(document, allow_nan=False, separators=(",", ":")),
+        grasps=len(ranked),
+        feasible=document["summary"]["feasible"],
+        verified=sum(simulated),
+        best_quality=ranked[0]["metrics"]["ferrari_canny"] if ranked else None,
+        warnings=warnings,
+    )
+    return JobOutcome(finding, document["timings_ms"], simulated)
 
 
-def draw_picture(storage: Storage, job_id: str, object_id: str, rank: int) -> None:
-    """Draw one grasp of a job: hand and object at the start and at the end, and the quality curve."""
-    from fingersplit.recording.stored import draw_stored
+def verify_plan(planned: "Plan", asked: dict[str, Any], seconds: float) -> "Plan":
+    """Simulate ranked grasps until as many have held as the job asks for, or the time is over.
 
-    with storage.atomic(storage.picture(job_id, rank)) as staged:
-        draw_stored(storage.traces(job_id), _mesh(storage, object_id), rank, staged)
+    Raises:
+        FingersplitError: The installed planner cannot verify.
+    """
+    if not asked["verified"]:
+        return planned
+    if importlib.util.find_spec("fingersplit.proving") is None:
+        raise FingersplitError("The installed planner cannot verify grasps; ask for verified: 0.")
+    proving = importlib.import_module("fingersplit.proving")
+    convex_pieces = importlib.import_module("fingersplit.objects.convex_pieces")
+    report_progress("verifying", 0.0)
+    proven: Plan = proving.prove(
+        planned,
+        convex_pieces.decompose(planned.model.mesh),
+        verified=asked["verified"],
+        protocol=asked["protocol"],
+        controller=asked["controller"],
+        deadline=max(0.0, seconds),
+        initial=asked["verify_initial"],
+    )
+    return proven
 
 
-def _mesh(storage: Storage, object_id: str) -> "Mesh":
-    import numpy as np
-
-    from fingersplit.objects.mesh import Mesh
-
-    with np.load(storage.mesh(object_id)) as arrays:
-        return Mesh(arrays["vertices"], arrays["faces"])
-
-
-@lru_cache(maxsize=_PREPARED_OBJECTS)
-def _prepared_object(storage: Storage, object_id: str, object_name: str) -> "ObjectModel":
-    from fingersplit.objects.model import prepare_object
-
-    return prepare_object(_mesh(storage, object_id), object_name)
+def keep_recording(storage: Storage, job_id: str, planned: "Plan") -> list[str]:
+    """Write what pictures of the grasps need; what went wrong, in sentences, where that cannot be."""
+    try:
+        with storage.atomic(storage.traces(job_id), durable=False) as staged:
+            planned.save_traces(staged)
+    except OSError as error:
+        return [f"What pictures and recordings need could not be written: {error.strerror}."]
+    return []
 
 
-WarmTask = Callable[[], list[dict[str, Any]]]
+def export_mesh(storage: Storage, object_id: str, file_type: str) -> None:
+    """Write an object's checked mesh, in metres, as a file of a common format."""
+    with storage.atomic(storage.mesh_export(object_id, file_type)) as staged:
+        stored_mesh(storage, object_id).trimesh.export(staged, file_type=file_type)
+
+
+WarmTask = Callable[[], Warmth]
 InspectTask = Callable[[Storage, Path, str], dict[str, Any]]
-PlanTask = Callable[[Storage, str, str, str, str], JobOutcome]
-DrawTask = Callable[[Storage, str, str, int], None]
+GenerateTask = Callable[[Storage, str, str, int, int, float], list[dict[str, Any]]]
+PlanTask = Callable[[Storage, JobOrder], JobOutcome]
+DrawTask = Callable[[Storage, ViewOrder], None]
+ConvertTask = Callable[[str, str, int | None], ExportedFile]
+ExportTask = Callable[[Storage, str, str], None]
 
 
 @dataclass(frozen=True)
@@ -159,5 +242,8 @@ class Tasks:
 
     warm: WarmTask = warm
     inspect: InspectTask = inspect_object
+    generate: GenerateTask = generate_parallel_grasps
     plan: PlanTask = plan_job
-    draw: DrawTask = draw_picture
+    draw: DrawTask = draw_view
+    export: ExportTask = export_mesh
+    convert: ConvertTask = convert_result

@@ -67,7 +67,10 @@ def begin(connection: Connection, parent: int, memory_bytes: int) -> None:
     resource.setrlimit(resource.RLIMIT_AS, (memory_bytes, memory_bytes))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     _reporter.connection = connection
-    connection.send(Birth(os.getpid()))
+    try:
+        connection.send(Birth(os.getpid()))
+    except BrokenPipeError:  # the service has given this process up already
+        os._exit(1)
 
 
 def execute(call: int, function: Callable[..., Returned], arguments: tuple[Any, ...]) -> Returned:

@@ -156,9 +156,12 @@ def test_points_inside_the_shape_are_covered_too(kind, seed):
 @given(seed=seeds)
 def test_spheres_of_the_inside_radius_lie_inside_the_shape(kind, seed):
     size = random_size(np.random.default_rng(seed))
-    centers, radius, inside = covering_spheres(kind, size)
-    assert 0 < inside <= radius
-    assert distance(kind, centers, size).max() <= -inside * (1 - 1e-12)
+    centers, radius, insides = covering_spheres(kind, size)
+    assert insides.shape == (len(centers),)
+    assert (insides >= 0).all()  # none where the sphere's middle lies outside
+    assert 0 < insides.max() <= radius
+    within = insides > 0
+    assert (distance(kind, centers[within], size) <= -insides[within] * (1 - 1e-12)).all()
 
 
 @KINDS

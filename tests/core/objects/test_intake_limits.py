@@ -11,7 +11,7 @@ import pytest
 from fingersplit.errors import MeshError
 from fingersplit.objects.intake import read_mesh
 from fingersplit.objects.intake.promises import MOST_FACES, MOST_FACES_AS_TEXT
-from mesh_bytes import PLY_HEADER, ball, glb
+from mesh_bytes import PLY_HEADER, ball, glb, mutated
 
 
 def stl(promised: int, facets: bytes) -> bytes:
@@ -123,29 +123,6 @@ def test_promised_counts_cost_no_memory(tmp_path):
     command = [sys.executable, "-c", LIMITED_READ, *(str(tmp_path / name) for name in files)]
     done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=True)
     assert done.stdout.split() == ["truncated"] * len(files)
-
-
-def mutated(data: bytes, random: np.random.Generator) -> bytes:
-    """One file changed as storage, transport or malice would."""
-    kind = random.integers(6)
-    changed, at = bytearray(data), int(random.integers(len(data)))
-    if kind == 0:
-        for place in random.integers(len(data), size=random.integers(1, 20)):
-            changed[place] ^= 1 << int(random.integers(8))
-    elif kind == 1:
-        return data[:at]
-    elif kind == 2:
-        changed[at : at + 4] = random.bytes(4)
-    elif kind == 3:
-        del changed[at : at + int(random.integers(1, 50))]
-    elif kind == 4:
-        other = int(random.integers(len(data)))
-        changed[at:at] = data[other : other + int(random.integers(1, 200))]
-    else:
-        digits = [place for place, byte in enumerate(data[:1500]) if 48 <= byte <= 57] or [at]
-        place = digits[int(random.integers(len(digits)))]
-        changed[place : place + 1] = random.choice([b"-1", b"99999999999", b"0", b"nan", b"1e39", b"3.5"])
-    return bytes(changed)
 
 
 @pytest.mark.parametrize(

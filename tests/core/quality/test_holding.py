@@ -126,7 +126,12 @@ def hold(prepared):
     return assess
 
 
-@given(seed=seeds, count=fingers, torque=st.sampled_from([UNLIMITED, 0.6, 0.2]), arrange=st.sampled_from([around, anywhere]))
+@given(
+    seed=seeds,
+    count=fingers,
+    torque=st.sampled_from([UNLIMITED, 0.6, 0.2]),
+    arrange=st.sampled_from([around, anywhere]),
+)
 def test_margin_is_that_of_the_definition(hold, seed, count, torque, arrange):
     rng = np.random.default_rng(seed)
     contacts, center = contacts_at(arrange(rng, count), torque, rng), rng.uniform(-0.005, 0.005, 3)
@@ -223,7 +228,9 @@ def test_frictionless_contacts_cannot_hold(hold, seed):
     assert holding.forces is None
 
 
-@pytest.mark.parametrize("normals", [[(1, 0.3, 0), (1, -0.3, 0.2), (1, 0, -0.3)], [(1, 0.1, 0), (1, 0, 0.1), (1, 0, 0)]])
+@pytest.mark.parametrize(
+    "normals", [[(1, 0.3, 0), (1, -0.3, 0.2), (1, 0, -0.3)], [(1, 0.1, 0), (1, 0, 0.1), (1, 0, 0)]]
+)
 def test_contacts_on_one_side_cannot_hold(hold, normals):
     holding = hold(contacts_at(normals))
     assert holding.margin < 0

@@ -8,11 +8,12 @@ import sys
 import numpy as np
 import pytest
 from matplotlib.image import imread
+from PIL import Image
 
 from fingersplit.objects.model import prepare_object
 from fingersplit.objects.parametric import cylinder
 from fingersplit.planning import plan
-from fingersplit.recording.stored import draw_stored
+from fingersplit.recording.stored import animate_stored, draw_stored, thumbnail_stored
 
 DRAW = """
 import sys
@@ -58,3 +59,24 @@ def test_ranks_differ_and_a_missing_rank_is_an_error(traces, tmp_path):
     assert not np.array_equal(imread(first), imread(second))
     with pytest.raises(KeyError):
         draw_stored(traces, cylinder(), 3, tmp_path / "3.png")
+
+
+def test_a_thumbnail_is_small_and_transparent_around_the_grasp(traces, tmp_path):
+    thumbnail_stored(traces, cylinder(), 1, tmp_path / "small.webp")
+    assert (tmp_path / "small.webp").stat().st_size < 15_000
+    image = np.asarray(Image.open(tmp_path / "small.webp").convert("RGBA"))
+    assert image.shape == (144, 192, 4)
+    assert image[0, 0, 3] == 0
+    assert 0.15 < (image[..., 3] > 200).mean() < 0.9
+
+
+def test_the_moving_picture_moves_and_ends_in_the_grasp(traces, tmp_path):
+    animate_stored(traces, cylinder(), 1, tmp_path / "moving.webp")
+    with Image.open(tmp_path / "moving.webp") as moving:
+        assert 8 <= moving.n_frames <= 16
+        frames = []
+        for number in range(moving.n_frames):
+            moving.seek(number)
+            frames.append(np.asarray(moving.convert("RGBA")).astype(int))
+    assert np.abs(frames[0] - frames[-1]).mean() > 2
+    assert (tmp_path / "moving.webp").stat().st_size < 300_000

@@ -108,7 +108,8 @@ def dense_ppo_step(
         d_q[free] = d[6:]
         outwards = pushed_outwards(hand, state, d_q)
         if not outwards.any():
-            speed = radius / np.linalg.norm(d_q)
+            moves = np.linalg.norm(d_q) > 1e-9 * np.linalg.norm(g)  # else no joint can, and the object stands still
+            speed = radius / np.linalg.norm(d_q) if moves else 0.0
             return speed * d_V, speed * d_q
         free &= ~outwards
 

@@ -5,7 +5,19 @@ the frame of the uploaded mesh; quaternions are ``wxyz``. Surface normals point 
 """
 
 from fingersplit_client.schemas.base import Document, Quaternion, Unit, Vector3
-from fingersplit_client.schemas.jobs import Job, JobCreate, JobError, JobState, JobSummary
+from fingersplit_client.schemas.jobs import (
+    Batch,
+    BatchCreate,
+    GraspCurve,
+    GraspVerification,
+    Job,
+    JobCreate,
+    JobError,
+    JobPage,
+    JobState,
+    JobSummary,
+    JobVerification,
+)
 from fingersplit_client.schemas.plan import (
     Contact,
     Grasp,
@@ -23,13 +35,22 @@ from fingersplit_client.schemas.plan import (
 )
 from fingersplit_client.schemas.problem import InvalidField, Problem
 from fingersplit_client.schemas.resources import (
+    CloudReport,
     HandFinger,
     HandInfo,
     HandJoint,
     Health,
     IntakeReport,
     ObjectInfo,
+    ObjectOptions,
+    ObjectPage,
+    ParallelGraspsCreate,
+    ParallelGraspSet,
+    ParallelGraspSetInfo,
+    ParallelGraspsGenerate,
     Readiness,
+    SessionCreate,
+    SessionInfo,
 )
 from fingersplit_client.schemas.verification import (
     Proof,
@@ -41,10 +62,15 @@ from fingersplit_client.schemas.verification import (
 )
 
 __all__ = [
+    "Batch",
+    "BatchCreate",
+    "CloudReport",
     "Contact",
     "Document",
     "Grasp",
+    "GraspCurve",
     "GraspTimings",
+    "GraspVerification",
     "HandFinger",
     "HandInfo",
     "HandJoint",
@@ -56,12 +82,20 @@ __all__ = [
     "Job",
     "JobCreate",
     "JobError",
+    "JobPage",
     "JobState",
     "JobSummary",
+    "JobVerification",
     "Metrics",
     "ObjectInfo",
+    "ObjectOptions",
+    "ObjectPage",
     "Palm",
     "ParallelGrasp",
+    "ParallelGraspSet",
+    "ParallelGraspSetInfo",
+    "ParallelGraspsCreate",
+    "ParallelGraspsGenerate",
     "PlanResult",
     "PlanSummary",
     "PlanTimings",
@@ -70,6 +104,8 @@ __all__ = [
     "Proof",
     "Quaternion",
     "Readiness",
+    "SessionCreate",
+    "SessionInfo",
     "Termination",
     "Unit",
     "Vector3",

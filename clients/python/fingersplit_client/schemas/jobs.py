@@ -3,12 +3,24 @@
 from datetime import datetime
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import Field, JsonValue
 
 from fingersplit_client.schemas.base import Document
 from fingersplit_client.schemas.plan import ParallelGrasp, PlanResult
 
-__all__ = ["Job", "JobCreate", "JobError", "JobState", "JobSummary"]
+__all__ = [
+    "Batch",
+    "BatchCreate",
+    "GraspCurve",
+    "GraspVerification",
+    "Job",
+    "JobCreate",
+    "JobError",
+    "JobPage",
+    "JobState",
+    "JobSummary",
+    "JobVerification",
+]
 
 JobState = Literal["queued", "running", "succeeded", "failed", "cancelled"]
 """Where a job stands; the last three are final."""
@@ -24,6 +36,11 @@ class JobCreate(Document):
     parallel_grasps: Annotated[list[ParallelGrasp], Field(min_length=1, max_length=1024)] | None = Field(
         default=None, description="Parallel grasps to start from, object frame [m]; null to have them found."
     )
+    parallel_grasp_set: str | None = Field(
+        default=None,
+        description="Id of a stored set of parallel grasps of the object to start from, instead of giving them here.",
+        max_length=64,
+    )
     starts: int = Field(default=64, ge=1, le=4096, description="How many starts to run at most.")
     seed: int = Field(
         default=0,
@@ -35,6 +52,24 @@ class JobCreate(Document):
     planner: dict[str, bool | int | float] = Field(
         default={},
         description="Planner settings that differ from their defaults, by name, in SI units and radians.",
+    )
+    verified: int = Field(
+        default=0, ge=0, le=100, description="Simulate ranked grasps, best first, until so many have held."
+    )
+    protocol: str = Field(default="lift", description="What a verified grasp must survive.", max_length=64)
+    controller: str = Field(
+        default="virtual_frame", description="How the hand is controlled while verifying.", max_length=64
+    )
+    verify_initial: bool = Field(
+        default=False, description="Simulate also the start of each verified grasp, for comparison."
+    )
+    recording: bool = Field(default=True, description="Keep what pictures and recordings of the grasps need.")
+    priority: int = Field(default=0, ge=-10, le=10, description="Jobs of higher priority run first.")
+    deadline_s: float | None = Field(
+        default=None,
+        gt=0,
+        le=86_400,
+        description="Longest time a worker may spend on it [s]; null for the service's limit, which always holds.",
     )
 
 
@@ -48,23 +83,82 @@ class JobError(Document):
 
 
 class JobSummary(Document):
-    """Where a job stands, without its result."""
+    """Where a job stands, as lists have it."""
 
     id: str = Field(description="Id of the job.")
+    object_id: str = Field(description="Id of the object that it plans for.")
+    object_name: str = Field(description="Name of the object when the job was accepted.")
+    hand: str = Field(description="Name of the hand.")
     state: JobState = Field(description="Where the job stands; succeeded, failed and cancelled are final.")
     stage: str | None = Field(description="What a running job is doing; null otherwise.")
     progress: float = Field(ge=0, le=1, description="Share of the stage that is done, 0 to 1.")
+    priority: int = Field(description="Jobs of higher priority run first.")
+    attempts: int = Field(description="How often it was handed to a worker.")
+    batch_id: str | None = Field(description="Id of the batch it came in; null when it came alone.")
+    grasps: int | None = Field(description="Number of grasps in the result; null until the job has succeeded.")
+    feasible: int | None = Field(description="Number of feasible grasps found; null until the job has succeeded.")
+    verified: int | None = Field(description="Number of grasps that held in simulation; null until it has succeeded.")
+    best_quality: float | None = Field(
+        description="Ferrari-Canny metric of the grasp of rank 1 [N]; null where there is none."
+    )
     created_at: datetime = Field(description="When the job was accepted, UTC.")
     started_at: datetime | None = Field(description="When a worker last took it up, UTC.")
     finished_at: datetime | None = Field(description="When it reached a final state, UTC.")
-    request: JobCreate = Field(description="What was asked for, with defaults filled in.")
     error: JobError | None = Field(description="Why the job failed; null unless it did.")
+    warnings: list[str] = Field(
+        description="What went wrong beside the result, such as a recording that was not written."
+    )
 
 
 class Job(JobSummary):
-    """Where a job stands, and its result once it has succeeded.
+    """Where a job stands, what was asked for, and its result once it has succeeded.
 
     A job that finds no feasible grasp has succeeded: its grasps say what is wrong with them.
     """
 
+    request: JobCreate = Field(description="What was asked for, with defaults filled in.")
     result: PlanResult | None = Field(description="The ranked grasps; null until the job has succeeded.")
+
+
+class JobPage(Document):
+    """Some jobs, newest first, and where the next page begins."""
+
+    items: list[JobSummary] = Field(description="The jobs of this page.")
+    next_cursor: str | None = Field(description="Value of `cursor` for the next page; null on the last one.")
+
+
+class BatchCreate(Document):
+    """Many jobs at once: all are accepted, or none is."""
+
+    jobs: list[JobCreate] = Field(min_length=1, max_length=1000, description="The jobs.")
+
+
+class Batch(Document):
+    """Jobs that came in one request, and how they stand together."""
+
+    id: str = Field(description="Id of the batch; `GET /v1/jobs?batch_id=` lists its jobs.")
+    states: dict[JobState, int] = Field(description="How many of its jobs are in each state.")
+    job_ids: list[str] = Field(description="Ids of its jobs, in the order of the request.")
+
+
+class GraspVerification(Document):
+    """What the simulation of one grasp showed."""
+
+    rank: int = Field(description="Rank of the grasp.")
+    verification: dict[str, JsonValue] = Field(description="Report of its verification.")
+
+
+class GraspCurve(Document):
+    """How one grasp came about: a value for every accepted state of the search, the mapped start first."""
+
+    phases: list[str] = Field(description="What led to the state: map, cpo, ppo or settle.")
+    quality: list[float] = Field(description="The planner's objective Q, no unit.")
+    residual: list[float] = Field(description="Largest distance of a pad from its contact [m].")
+
+
+class JobVerification(Document):
+    """What the simulations of a job's grasps showed."""
+
+    asked: int = Field(description="How many verified grasps the job asked for.")
+    verified: int = Field(description="How many held.")
+    grasps: list[GraspVerification] = Field(description="Every grasp that was simulated, by rank.")

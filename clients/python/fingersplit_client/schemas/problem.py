@@ -26,4 +26,4 @@ class Problem(BaseModel):
     code: str | None = Field(default=None, description="Short name of the fault in a mesh file, such as `truncated`.")
     errors: list[InvalidField] = Field(default=[], description="The offending fields.")
     valid: list[Any] = Field(default=[], description="What would be valid, where that is a short list.")
-    limit: int | None = Field(default=None, description="The limit that was exceeded [bytes].")
+    limit: int | None = Field(default=None, description="The limit that was exceeded, in the unit that detail names.")

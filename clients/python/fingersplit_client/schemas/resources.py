@@ -6,8 +6,26 @@ from typing import Literal
 from pydantic import Field
 
 from fingersplit_client.schemas.base import Document, Unit, Vector3
+from fingersplit_client.schemas.plan import ParallelGrasp
 
-__all__ = ["HandFinger", "HandInfo", "HandJoint", "Health", "IntakeReport", "ObjectInfo", "Readiness"]
+__all__ = [
+    "CloudReport",
+    "HandFinger",
+    "HandInfo",
+    "HandJoint",
+    "Health",
+    "IntakeReport",
+    "ObjectInfo",
+    "ObjectOptions",
+    "ObjectPage",
+    "ParallelGraspSet",
+    "ParallelGraspSetInfo",
+    "ParallelGraspsCreate",
+    "ParallelGraspsGenerate",
+    "Readiness",
+    "SessionCreate",
+    "SessionInfo",
+]
 
 
 class IntakeReport(Document):
@@ -24,12 +42,43 @@ class IntakeReport(Document):
     degenerate_faces: int = Field(description="Triangles dropped because they have no area.")
     duplicate_faces: int = Field(description="Triangles dropped because another has the same corners.")
     flipped_faces: int = Field(description="Triangles turned so that their normals point out of the object.")
-    components: int = Field(description="Separate parts of the surface.")
+    components: int = Field(description="Separate parts left.")
+    inner_parts: int = Field(description="Parts dropped because they lie inside another, such as walls of cavities.")
+    holes: int = Field(description="Holes in the surface, which are left open.")
+    hole_perimeters: list[float] = Field(description="Lengths of the ten longest rims of holes, longest first [m].")
     boundary_edges: int = Field(description="Edges of holes, with one triangle only.")
     nonmanifold_edges: int = Field(description="Edges that more than two triangles share.")
     watertight: bool = Field(description="Whether the surface is closed, with one outside.")
     area: float = Field(description="Surface area [m^2].")
     volume: float | None = Field(description="Enclosed volume [m^3]; null where the surface is not closed.")
+
+
+class CloudReport(Document):
+    """What was found in the file of a point cloud."""
+
+    file_type: str = Field(description="Format that was read.")
+    unit: Unit = Field(description="Length unit the file was taken to be in.")
+    points_in_file: int = Field(description="Points found.")
+    points: int = Field(description="Points left.")
+    non_finite_points: int = Field(description="Points dropped because they are not numbers.")
+    repeated_points: int = Field(description="Points dropped because another is at the same place.")
+    outliers: int = Field(description="Points dropped because they stand far from all others.")
+    normals: bool = Field(description="Whether the file says where the surface faces.")
+    viewpoint: bool = Field(description="Whether it is known where the camera stood.")
+    spacing: float = Field(description="Typical distance of a point from the nearest other [m].")
+
+
+class ObjectOptions(Document):
+    """What is known of an object beside its shape, and how it is to be prepared; null means not known."""
+
+    density: float | None = Field(default=None, ge=1, le=25_000, description="Density, even over the object [kg/m^3].")
+    mass: float | None = Field(default=None, ge=1e-6, le=100, description="Mass, instead of a density [kg].")
+    friction: float | None = Field(
+        default=None, ge=0.01, le=5, description="Coulomb friction between its surface and pads."
+    )
+    fairing: float = Field(
+        default=0.0, ge=0, le=0.05, description="Waves of this length lose half their height by implicit fairing [m]."
+    )
 
 
 class ObjectInfo(Document):
@@ -41,8 +90,52 @@ class ObjectInfo(Document):
     extents: Vector3 = Field(description="Edge lengths of the axis-aligned bounding box, object frame [m].")
     volume: float = Field(description="Enclosed volume [m^3]; of the convex hull where the surface is open.")
     center_of_mass: Vector3 = Field(description="Centre of the volume at even density, object frame [m].")
-    report: IntakeReport = Field(description="What was found in the file and what was repaired.")
+    options: ObjectOptions = Field(default=ObjectOptions(), description="What was said of the object beside its shape.")
+    report: IntakeReport | CloudReport = Field(description="What was found in the file and what was repaired.")
     created_at: datetime = Field(description="When the object was first uploaded, UTC.")
+
+
+class ObjectPage(Document):
+    """Some objects, newest first, and where the next page begins."""
+
+    items: list[ObjectInfo] = Field(description="The objects of this page.")
+    next_cursor: str | None = Field(description="Value of `cursor` for the next page; null on the last one.")
+
+
+class ParallelGraspsGenerate(Document):
+    """How parallel grasps of an object are to be found."""
+
+    hand: str = Field(default="barrett", description="The hand whose opening they must fit.", max_length=64)
+    count: int = Field(default=32, ge=1, le=1024, description="How many pairs of contacts to find at most.")
+    seed: int = Field(default=0, ge=0, lt=2**63, description="Seed of every random choice.")
+    friction: float = Field(default=0.6, ge=0.01, le=2.0, description="Friction coefficient of the contacts.")
+    name: str = Field(default="", description="Name for people.", max_length=200)
+
+
+class ParallelGraspsCreate(Document):
+    """Parallel grasps that were found elsewhere."""
+
+    parallel_grasps: list[ParallelGrasp] = Field(
+        min_length=1, max_length=1024, description="The grasps, object frame [m]."
+    )
+    name: str = Field(default="", description="Name for people.", max_length=200)
+
+
+class ParallelGraspSetInfo(Document):
+    """A stored set of parallel grasps of an object, without the grasps."""
+
+    id: str = Field(description="Id to use as `parallel_grasp_set` of a job.")
+    object_id: str = Field(description="Id of the object.")
+    origin: Literal["generated", "imported"] = Field(description="Whether the service found them or was given them.")
+    name: str = Field(description="Name for people.")
+    count: int = Field(description="Number of grasps.")
+    created_at: datetime = Field(description="When the set was stored, UTC.")
+
+
+class ParallelGraspSet(ParallelGraspSetInfo):
+    """A stored set of parallel grasps of an object."""
+
+    parallel_grasps: list[ParallelGrasp] = Field(description="The grasps, object frame [m].")
 
 
 class HandJoint(Document):
@@ -81,3 +174,16 @@ class Readiness(Document):
 
     status: Literal["ready"] = Field(default="ready", description="Always ready.")
     workers: int = Field(description="Number of warm worker processes.")
+
+
+class SessionCreate(Document):
+    """Opens a browser's session with an API key."""
+
+    key: str = Field(description="The API key.", max_length=200)
+
+
+class SessionInfo(Document):
+    """Whom a session or key belongs to."""
+
+    name: str = Field(description="Name of the key.")
+    scopes: list[Literal["read", "plan", "admin"]] = Field(description="What it may do.")

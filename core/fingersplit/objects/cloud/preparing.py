@@ -1,6 +1,7 @@
 """From a point cloud to an object: contacts on the seen surface only, collision also with what was not seen."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fingersplit.errors import MeshError
 from fingersplit.objects.cloud.normals import orient_points
@@ -17,10 +18,11 @@ from fingersplit.objects.supervoxels import cluster_supervoxels
 from fingersplit.objects.surface import sample_surface
 from fingersplit.objects.triangle_grid import bin_triangles
 
-__all__ = ["FEWEST_POINTS", "prepare_cloud"]
+__all__ = ["FEWEST_POINTS", "check_cloud", "prepare_cloud"]
 
 FEWEST_POINTS = 200
 """With fewer there is no telling normals from noise."""
+_NO_THICKNESS = 1e-4  # of the extent
 
 
 def prepare_cloud(cloud: PointCloud, name: str = "object", options: ObjectOptions | None = None) -> ObjectModel:
@@ -38,10 +40,7 @@ def prepare_cloud(cloud: PointCloud, name: str = "object", options: ObjectOption
         MeshError: The points are too few, or enclose nothing.
     """
     options = options or ObjectOptions()
-    if len(cloud.points) < FEWEST_POINTS:
-        raise MeshError(
-            "too_few_points", f"The cloud has {len(cloud.points):,} points; at least {FEWEST_POINTS:,} are needed."
-        )
+    check_cloud(cloud.points)
     oriented = orient_points(cloud)
     closed, is_seen = reconstruct(oriented)
     if not is_seen.any():
@@ -73,3 +72,20 @@ def prepare_cloud(cloud: PointCloud, name: str = "object", options: ObjectOption
         mass_properties=frozen(mass_properties(closed, options)),
         seen=seen_part.area / closed.area,
     )
+
+
+def check_cloud(points: NDArray[np.float64]) -> None:
+    """Refuse points (n, 3) that are too few or too flat to show a solid.
+
+    Raises:
+        MeshError: With what is wrong.
+    """
+    if len(points) < FEWEST_POINTS:
+        raise MeshError(
+            "too_few_points",
+            f"The cloud has {len(points):,} points that are finite, different and no outliers; at least "
+            f"{FEWEST_POINTS:,} are needed to know a surface.",
+        )
+    spread = np.sqrt(np.maximum(np.linalg.eigvalsh(np.cov(points, rowvar=False)), 0))
+    if spread[0] <= _NO_THICKNESS * spread[2]:
+        raise MeshError("no_volume", "The points lie in one plane or on one line: they show no solid to be held.")

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from fingersplit.errors import MeshError
-from fingersplit.objects.cloud import FEWEST_POINTS, PointCloud
+from fingersplit.objects.cloud import FEWEST_POINTS, PointCloud, check_cloud
 from fingersplit.objects.cloud.normals import find_outliers
 from fingersplit.objects.intake.cloud_parsing import CLOUD_FORMATS, RawCloud, holds_cloud, parse_cloud
 from fingersplit.objects.intake.parsing import CHECKS
@@ -20,8 +20,6 @@ __all__ = ["FORMATS", "load_object", "read_cloud", "read_object"]
 
 FORMATS = tuple(dict.fromkeys([*CHECKS, *CLOUD_FORMATS]))
 """Suffixes of all files that can be read."""
-
-_NO_THICKNESS = 1e-4  # of the extent; of points in one plane no side is known
 
 
 def load_object(
@@ -74,11 +72,9 @@ def read_cloud(
         raise MeshError("non_finite", f"The viewpoint {raw.viewpoint.tolist()} must be three numbers.")
     kept, counts = _kept(raw)
     points = raw.points[kept] * scale
-    with np.errstate(over="ignore"):
+    if len(points):
         check_extent(float(np.ptp(points, axis=0).max()), unit)
-    spread = np.sqrt(np.maximum(np.linalg.eigvalsh(np.cov(points, rowvar=False)), 0))
-    if spread[0] < _NO_THICKNESS * spread[2]:
-        raise MeshError("no_volume", "The points lie in one plane or on one line: they show no solid to be held.")
+    check_cloud(points)
     normals = None if raw.normals is None else _usable(raw.normals[kept])
     cloud = PointCloud(points, normals, None if raw.viewpoint is None else raw.viewpoint * scale)
     return cloud, CloudReport(
@@ -102,12 +98,6 @@ def _kept(raw: RawCloud) -> tuple[NDArray[np.integer], dict[str, int]]:
     n_different = len(kept)
     if n_different >= FEWEST_POINTS:
         kept = kept[~find_outliers(raw.points[kept])]
-    if len(kept) < FEWEST_POINTS:
-        raise MeshError(
-            "too_few_points",
-            f"The cloud has {len(raw.points):,} points, of which {len(kept):,} are finite, different and no outliers; "
-            f"at least {FEWEST_POINTS:,} are needed to know a surface.",
-        )
     return kept, {
         "non_finite_points": len(raw.points) - n_finite,
         "repeated_points": n_finite - n_different,

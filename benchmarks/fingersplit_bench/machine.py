@@ -1,0 +1,42 @@
+"""What the figures were measured on."""
+
+import os
+import platform
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+__all__ = ["describe_machine"]
+
+PACKAGES = ("fingersplit", "numpy", "numba", "scipy", "mujoco", "casadi")
+
+
+def describe_machine() -> dict[str, Any]:
+    """Processor, cores, load, operating system and versions, as plain JSON data."""
+    return {
+        "cpu": _cpu_model(),
+        "cores": os.cpu_count(),
+        "load_average": round(os.getloadavg()[0], 2),
+        "system": f"{platform.system()} {platform.release()} {platform.machine()}",
+        "python": platform.python_version(),
+        "versions": {package: _version(package) for package in PACKAGES},
+    }
+
+
+def _cpu_model() -> str:
+    """Name and numbers of the processor, as far as the system tells them."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+    except OSError:
+        return platform.processor() or "unknown"
+    facts = {name.strip(): fact.strip() for name, _, fact in (line.partition(":") for line in lines)}
+    name = facts.get("model name") or platform.processor() or "unknown"
+    numbers = [f"{key} {facts[full]}" for key, full in (("family", "cpu family"), ("model", "model")) if full in facts]
+    return ", ".join([name, *numbers])
+
+
+def _version(package: str) -> str | None:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return None

@@ -1,0 +1,41 @@
+"""The objects that benchmarks run on."""
+
+import os
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+from fingersplit.objects.intake import load_mesh
+from fingersplit.objects.mesh import Mesh
+from fingersplit.objects.parametric import PARAMETRIC_OBJECTS
+from fingersplit_bench.suite import BenchError
+
+__all__ = ["benchmark_objects"]
+
+MESH_SUFFIXES = {".glb", ".obj", ".off", ".ply", ".stl"}
+
+
+def benchmark_objects(folder: Path | None) -> dict[str, Callable[[], Mesh]]:
+    """Loaders by object name: the meshes [m] of a folder, else our own parametric objects.
+
+    Without ``folder``, ``FINGERSPLIT_OBJECTS`` or a folder ``shared/objects`` beside the checkout is used when there.
+
+    Raises:
+        BenchError: ``folder`` holds no mesh.
+    """
+    if folder is not None:
+        meshes = _meshes(folder)
+        if not meshes:
+            raise BenchError(f"{folder} holds no mesh; files that are read: {', '.join(sorted(MESH_SUFFIXES))}.")
+        return meshes
+    beside = Path(__file__).parents[3] / "shared" / "objects"
+    return _meshes(Path(os.environ.get("FINGERSPLIT_OBJECTS", beside))) or dict(PARAMETRIC_OBJECTS)
+
+
+def _meshes(folder: Path) -> dict[str, Callable[[], Mesh]]:
+    files = sorted(path for path in folder.glob("*") if path.suffix in MESH_SUFFIXES)
+    return {path.stem: partial(_load, path) for path in files}
+
+
+def _load(path: Path) -> Mesh:
+    return load_mesh(path)[0]

@@ -1,0 +1,80 @@
+"""Measure the service and write ``service.md`` and ``service.json``."""
+
+import argparse
+import asyncio
+import json
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from fingersplit_bench.service.faults import measure_cancel, measure_delay, survive_kills
+from fingersplit_bench.service.latency import measure_latency, measure_list
+from fingersplit_bench.service.load import jobs_per_second_without_http, measure_load
+from fingersplit_bench.service.server import Server
+
+from fingersplit.objects.parametric import cylinder
+from fingersplit_client import Client
+
+SECTIONS = ("start", "latency", "cancel", "delay", "load", "kills", "list")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(prog="python -m fingersplit_bench.service", description=__doc__)
+    parser.add_argument("sections", nargs="*", choices=[*SECTIONS, []], help="what to measure; by default everything")
+    parser.add_argument("--mesh", type=Path, default=Path("examples/objects/mug.ply"), help="object of the latencies")
+    parser.add_argument("--repeats", type=int, default=100, help="requests a latency is measured over")
+    parser.add_argument("--jobs", type=int, default=5_000, help="jobs of the load")
+    parser.add_argument("--clients", type=int, default=50, help="clients of the load")
+    parser.add_argument("--kill-jobs", type=int, default=300, help="jobs during which things are killed")
+    parser.add_argument("--report", type=Path, default=Path("build/bench"), help="folder for the report")
+    arguments = parser.parse_args()
+    sections = arguments.sections or SECTIONS
+    figures: dict[str, Any] = {}
+    if "start" in sections:  # before anything else runs
+        with TemporaryDirectory() as folder, Server(Path(folder), spare_workers=0) as fresh:
+            figures["start"] = {"seconds_to_ready": fresh.seconds_to_ready, "memory_mib": fresh.memory()}
+    with TemporaryDirectory() as folder, Server(Path(folder)) as server:
+        for section in sections:
+            if section not in figures:
+                figures[section] = measure(section, server, arguments)
+            print(
+                f"{section}: " + ", ".join(f"{name} {value:.4g}" for name, value in figures[section].items()),
+                flush=True,
+            )
+    arguments.report.mkdir(parents=True, exist_ok=True)
+    (arguments.report / "service.json").write_text(json.dumps(figures, indent=2) + "\n")
+    rows = [f"| {part} | {name} | {value:.4g} |" for part, one in figures.items() for name, value in one.items()]
+    (arguments.report / "service.md").write_text(
+        "\n".join(["| what | figure | value |", "|---|---|---|", *rows]) + "\n"
+    )
+
+
+def measure(section: str, server: Server, arguments: argparse.Namespace) -> dict[str, float]:
+    with Client(server.url) as client:
+        mesh = client.upload_object(arguments.mesh).id
+        can = client.upload_object(_can(), file_type="off", name="can").id
+    if section == "latency":
+        return measure_latency(server, mesh, arguments.repeats)
+    if section == "cancel":
+        return measure_cancel(server, mesh, 10)
+    if section == "delay":
+        return measure_delay(server, can, arguments.repeats)
+    if section == "kills":
+        return survive_kills(server, can, arguments.kill_jobs, 30, seed=1)
+    if section == "list":
+        return measure_list(server)
+    alone = asyncio.run(jobs_per_second_without_http(2, max(100, arguments.jobs // 10), starts=4))
+    found = asyncio.run(measure_load(server, can, arguments.clients, arguments.jobs, starts=4))
+    return found | {"without_http_per_second": alone, "share": found["jobs_per_second"] / alone}
+
+
+def _can() -> bytes:
+    mesh = cylinder()
+    lines = ["OFF", f"{len(mesh.vertices)} {len(mesh.faces)} 0"]
+    lines += [" ".join(f"{x:.9g}" for x in vertex) for vertex in mesh.vertices]
+    lines += ["3 " + " ".join(str(i) for i in face) for face in mesh.faces]
+    return "\n".join(lines).encode()
+
+
+if __name__ == "__main__":
+    main()

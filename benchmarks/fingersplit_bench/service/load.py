@@ -1,0 +1,76 @@
+"""Many clients at once: nothing is lost, nothing is done twice, and HTTP costs little of what the workers can do."""
+
+import asyncio
+import time
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+from fingersplit_bench.service.server import Server
+
+from fingersplit.objects.parametric import cylinder
+from fingersplit_client import AsyncClient, JobCreate
+from fingersplit_service.jobs.engine import Engine, Priority
+from fingersplit_service.jobs.tasks import JobOrder, Tasks
+from fingersplit_service.storage import Storage
+
+__all__ = ["jobs_per_second_without_http", "measure_load"]
+
+
+async def measure_load(server: Server, object_id: str, clients: int, jobs: int, starts: int) -> dict[str, float]:
+    """Each of the clients creates and waits, one job after the other, until all jobs are done."""
+    seeds = iter(range(jobs))
+    ended: list[tuple[int, str]] = []
+
+    async def work(client: AsyncClient) -> None:
+        for seed in seeds:
+            request = JobCreate(object_id=object_id, starts=starts, seed=seed, top_k=1, recording=False)
+            job = await client.wait(await client.create_job(request, wait=60), timeout=600)
+            assert job.result is not None
+            assert job.result.seed == seed
+            ended.append((seed, job.id))
+
+    async with AsyncClient(server.url, timeout=120) as client:
+        began = time.monotonic()
+        await asyncio.gather(*(work(client) for _ in range(clients)))
+        seconds = time.monotonic() - began
+        listed, twice, cursor = set[str](), 0, None
+        while True:
+            page = await client.list_jobs(limit=1000, cursor=cursor)
+            listed |= {job.id for job in page.items}
+            twice += sum(job.attempts > 1 for job in page.items)
+            cursor = page.next_cursor
+            if cursor is None:
+                break
+    ids = {job_id for _, job_id in ended}
+    return {"jobs_per_second": jobs / seconds, "lost": jobs - len(ids & listed), "twice": twice + jobs - len(ids)}
+
+
+async def jobs_per_second_without_http(workers: int, jobs: int, starts: int) -> float:
+    """What as many workers do when they are given the same jobs directly."""
+    mesh, tasks = cylinder(), Tasks()
+    with TemporaryDirectory() as folder:
+        storage = Storage(Path(folder))
+        with storage.lock(), storage.atomic(storage.mesh(mesh.content_hash)) as staged:
+            np.savez(staged, vertices=mesh.vertices, faces=mesh.faces)
+        engine = Engine(workers, memory_bytes=2**32, recycle_bytes=2**32, warm=tasks.warm, warm_deadline_s=600)
+        engine.start()
+        try:
+            while not engine.ready:
+                await asyncio.sleep(0.05)
+            seeds = iter(range(jobs))
+
+            async def work() -> None:
+                async with engine.worker(Priority.JOB) as turn:
+                    for seed in seeds:
+                        request = JobCreate(
+                            object_id=mesh.content_hash, starts=starts, seed=seed, top_k=1, recording=False
+                        )
+                        order = JobOrder(f"{seed}", mesh.content_hash, "can", request.model_dump_json(), 60)
+                        await turn.worker.run(tasks.plan, storage, order, deadline_s=60)
+
+            began = time.monotonic()
+            await asyncio.gather(*(work() for _ in range(workers)))
+            return jobs / (time.monotonic() - began)
+        finally:
+            await engine.stop()

@@ -1,0 +1,103 @@
+"""How a recording opens: the scene on the left, curves, phases and the log on the right, nothing else in the way."""
+
+import numpy as np
+import rerun.blueprint as rrb
+from numpy.typing import NDArray
+
+from fingersplit.objects.model import ObjectModel
+from fingersplit.recording.lift_rows import Lift
+from fingersplit.recording.recorded_run import RecordedRun
+
+__all__ = ["Eye", "choose_view", "grasp_blueprint"]
+
+Eye = tuple[NDArray[np.float64], NDArray[np.float64]]
+"""Where the scene is seen from, and the point looked at, (3,) each [m]."""
+
+BACKGROUND = (34, 40, 49)
+HAND_REACH = 0.2
+"""About how far a hand stands out of the object it grasps [m]."""
+
+
+def grasp_blueprint(eye: Eye, *, lifted: bool) -> rrb.Blueprint:
+    """The layout of a run's recording.
+
+    Args:
+        eye: Where the scene is seen from.
+        lifted: Whether the recording goes on through a lift.
+    """
+    position, target = eye
+    scene = rrb.Spatial3DView(
+        origin="world",
+        name="Grasp",
+        background=BACKGROUND,
+        line_grid=False,
+        eye_controls=rrb.EyeControls3D(position=position, look_target=target, eye_up=(0.0, 0.0, 1.0)),
+    )
+    curves = [
+        _curve("Ferrari-Canny, isotropy, volume", "metrics"),
+        _curve("Gaps and penetration [mm]", "constraints/gap_mm"),
+        _curve("Pad tilt [rad]", "constraints/pad_angle_rad"),
+        _curve("Parts of Q", "quality_parts"),
+    ]
+    lift = [
+        _curve("Contact forces [N]", "lift/force_N"),
+        _curve("Slip in the hand [mm]", "lift/slip_mm"),
+        _curve("Turn in the hand [deg]", "lift/turn_deg"),
+    ]
+    return rrb.Blueprint(
+        rrb.Horizontal(
+            scene,
+            rrb.Vertical(
+                _curve("Quality Q", "quality"),
+                rrb.StateTimelineView(origin="phase", name="Phase"),
+                rrb.Tabs(*curves, name="Metrics"),
+                *([rrb.Tabs(*lift, name="Lift")] if lifted else []),
+                rrb.Tabs(
+                    rrb.TextLogView(origin="log", name="What happened"),
+                    rrb.TextDocumentView(origin="summary", name="Summary"),
+                ),
+                row_shares=[3, 2, 3, *([3] if lifted else []), 2.6],
+            ),
+            column_shares=[5, 4],
+        ),
+        rrb.TimePanel(state="collapsed", timeline="step", fps=24.0, play_state="playing", loop_mode="all"),
+        rrb.SelectionPanel(state="hidden"),
+        rrb.BlueprintPanel(state="hidden"),
+        auto_views=False,
+        auto_layout=False,
+    )
+
+
+def _curve(name: str, origin: str) -> rrb.TimeSeriesView:
+    return rrb.TimeSeriesView(origin=origin, name=name)
+
+
+def choose_view(
+    model: ObjectModel, run: RecordedRun, lifts: list[Lift], *, side_by_side: bool
+) -> tuple[Eye, NDArray[np.float64]]:
+    """An eye that sees the fingers from the side, and where a second scene stands beside the first.
+
+    Args:
+        model: The object.
+        run: What is told.
+        lifts: What follows it.
+        side_by_side: Whether there is a second scene.
+
+    Returns:
+        The eye, and the offset of the second scene, (3,) [m].
+    """
+    up = np.array([0.0, 0.0, 1.0])
+    palm_x = run.trace.palm_rotations[-1][:, 0]  # across the closing direction of the fingers
+    towards = palm_x - (palm_x @ up) * up
+    if np.linalg.norm(towards) < 0.3:
+        towards = np.cross(run.trace.palm_rotations[-1][:, 2], up)
+    towards = towards / np.linalg.norm(towards)
+    right = np.cross(up, towards)
+    radius = model.radius + HAND_REACH
+    beside = 1.2 * radius * right
+    raised = max((float(np.ptp(lift.object_positions[:, 2])) for lift in lifts), default=0.0)
+    middle = (run.trace.palm_positions[-1] + model.center_of_mass) / 2
+    target = middle + raised / 2 * up + (beside / 2 if side_by_side else 0)
+    distance = 1.3 * radius + 0.9 * raised + (0.4 * radius if side_by_side else 0)
+    direction = towards + 0.35 * up + 0.35 * right
+    return (target + distance * direction / np.linalg.norm(direction), target), beside

@@ -1,0 +1,35 @@
+"""What is drawn in which colour, the same in pictures and in recordings."""
+
+__all__ = [
+    "CONE",
+    "FINGERS",
+    "FORCE",
+    "HIT",
+    "LINK",
+    "OBJECT",
+    "PALM",
+    "PARALLEL",
+    "PHASES",
+    "REFERENCE",
+    "STEP",
+    "rgba",
+]
+
+FINGERS = ("#d1495b", "#2a9d4e", "#e08e1b", "#7b4fb5", "#1f8a9e")
+PHASES = {"map": "#9aa5b1", "cpo": "#f2c230", "ppo": "#4f8fd0", "settle": "#7ab8a0"}
+"""CPO yellow and PPO blue, as in the quality profile of [Fan2018]."""
+OBJECT = (92, 140, 199, 110)
+PALM = (72, 76, 84, 255)
+LINK = (170, 176, 186, 255)
+PARALLEL = (150, 110, 220, 255)
+CONE = (240, 190, 70, 70)
+STEP = (242, 194, 48, 255)
+REFERENCE = (255, 255, 255, 255)
+HIT = (230, 40, 40, 255)
+FORCE = (60, 190, 110, 255)
+
+
+def rgba(color: str) -> tuple[int, int, int, int]:
+    """A colour ``#rrggbb`` as red, green, blue and full opacity, 0 to 255."""
+    red, green, blue = bytes.fromhex(color[1:])
+    return red, green, blue, 255

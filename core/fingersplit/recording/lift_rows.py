@@ -1,0 +1,103 @@
+"""The simulated part of a recording: the verification's frames, on the steps after the planning rows."""
+
+import numpy as np
+import rerun as rr
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from fingersplit.hands.hand import Hand
+from fingersplit.recording.posing import pose_shapes
+from fingersplit.verification import Simulation
+
+__all__ = ["Lift", "lift_indexes", "record_lift"]
+
+ARROW_LENGTH = 0.06
+"""Of the largest contact force of a lift [m]."""
+LEAST_FORCE = 1e-3
+"""Smaller contact forces are not drawn [N]."""
+MOST_FRAMES = 500
+"""Of longer simulations every second, third ... frame is recorded."""
+
+
+class Lift:
+    """The usable frames of a simulation: up to the first that is not finite.
+
+    Args:
+        simulation: The verification's time series, see ``verification.Simulation``.
+        hand: The hand that was simulated.
+
+    Attributes:
+        times: Simulated time of every frame, (T,) [s].
+        phases: Name of every frame's phase.
+        object_rotations: ``world_from_object`` rotations, (T, 3, 3).
+        object_positions: ``world_from_object`` origins, (T, 3) [m].
+        shape_rotations: ``world_from_shape`` of the hand's primitives, (T, K, 3, 3).
+        shape_positions: Their centres, (T, K, 3) [m].
+        contacts: Contact points, (T, F, 3) [m].
+        forces: Contact forces on the object, (T, F, 3) [N].
+        slips: How far the object has moved in the palm, (T,) [m].
+        turns: How far it has turned in the palm, (T,) [rad].
+    """
+
+    def __init__(self, simulation: Simulation, hand: Hand) -> None:
+        series = (simulation.palm_positions, simulation.joints, simulation.object_positions, simulation.contact_forces)
+        finite = np.logical_and.reduce([np.isfinite(one).reshape(len(one), -1).all(axis=1) for one in series])
+        usable = len(finite) if finite.all() else int(finite.argmin())
+        frames = slice(0, usable, -(-usable // MOST_FRAMES) or None)
+        self.times: NDArray[np.float64] = simulation.times[frames]
+        self.phases = [str(simulation.phase_names[phase]) for phase in simulation.phases[frames]]
+        palms = Rotation.from_quat(simulation.palm_wxyz[frames], scalar_first=True)
+        objects = Rotation.from_quat(simulation.object_wxyz[frames], scalar_first=True)
+        palm_positions = simulation.palm_positions[frames]
+        self.object_rotations, self.object_positions = objects.as_matrix(), simulation.object_positions[frames]
+        self.shape_rotations, self.shape_positions = pose_shapes(
+            hand, simulation.joints[frames], palms.as_matrix(), palm_positions
+        )
+        self.contacts, self.forces = simulation.contact_positions[frames], simulation.contact_forces[frames]
+        in_palm = palms.inv().apply(self.object_positions - palm_positions)
+        turned = palms.inv() * objects
+        self.slips = np.linalg.norm(in_palm - in_palm[:1], axis=1)
+        self.turns = (turned[0].inv() * turned).magnitude()
+
+    def rows(self, count: int) -> NDArray[np.int64]:
+        """Frames for ``count`` rows: in order, then the last one on and on, (count,)."""
+        return np.minimum(np.arange(count), len(self.times) - 1)
+
+
+def lift_indexes(first_step: int, times: NDArray[np.float64]) -> list[rr.TimeColumn]:
+    """Where simulated frames stand in time."""
+    steps = first_step + np.arange(len(times))
+    return [rr.TimeColumn("step", sequence=steps), rr.TimeColumn("sim_time", duration=times)]
+
+
+def record_lift(
+    stream: rr.RecordingStream,
+    name: str,
+    lift: Lift,
+    hand: Hand,
+    indexes: list[rr.TimeColumn],
+    frames: NDArray[np.int64],
+    offset: NDArray[np.float64],
+) -> None:
+    """Write the contact forces and what the object did in the hand.
+
+    Args:
+        stream: The recording.
+        name: What the series are called: ``split`` or ``initial``.
+        lift: The frames.
+        hand: The hand.
+        indexes: Where the rows stand in time.
+        frames: Frame of every row, (R,).
+        offset: Where this lift's world stands in the recording's, (3,) [m].
+    """
+    contacts, forces = lift.contacts[frames] + offset, lift.forces[frames]
+    sizes = np.linalg.norm(forces, axis=2)
+    drawn = sizes > LEAST_FORCE
+    vectors = ARROW_LENGTH / max(float(sizes.max()), LEAST_FORCE) * forces[drawn]
+    arrows = rr.Arrows3D.columns(origins=contacts[drawn] - vectors, vectors=vectors)
+    stream.send_columns(f"world/forces/{name}", indexes, arrows.partition(drawn.sum(axis=1)))
+    for f, finger in enumerate(hand.fingers):
+        scalars = rr.Scalars.columns(scalars=sizes[:, f])
+        stream.send_columns(f"lift/force_N/{name}/{finger.name}", indexes, scalars)
+    for series, values in (("slip_mm", 1e3 * lift.slips), ("turn_deg", np.degrees(lift.turns))):
+        stream.send_columns(f"lift/{series}/{name}", indexes, rr.Scalars.columns(scalars=values[frames]))

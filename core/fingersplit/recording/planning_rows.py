@@ -1,0 +1,170 @@
+"""The planning part of a recording: contacts, steps of CPO, points in collision and curves, one row a state."""
+
+from itertools import groupby
+
+import numpy as np
+import rerun as rr
+from numpy.typing import NDArray
+
+from fingersplit.hands.hand import Hand
+from fingersplit.objects.model import ObjectModel
+from fingersplit.quality.metrics import WrenchSpace, ferrari_canny
+from fingersplit.recording import colors
+from fingersplit.recording.posing import pose_shapes, turn_z_to
+from fingersplit.recording.surface_points import hit_points, reference_points
+from fingersplit.splitting.trace import (
+    CPO,
+    HAND_QUALITY,
+    OBJECT_QUALITY,
+    PENETRATION,
+    PHASE_NAMES,
+    QUALITY,
+    Trace,
+)
+
+__all__ = ["CONE_HEIGHT", "isotropies_and_volumes", "phases_of", "planning_indexes", "record_planning"]
+
+CONE_HEIGHT = 0.018
+"""Length of the drawn friction cones [m]."""
+NORMAL_LENGTH = 0.03
+"""[m]"""
+FERRARI_CANNY_ROWS = 4
+"""Taking this metric costs milliseconds, so it is shown at so many states, spread evenly from the first to the last."""
+
+
+def record_planning(
+    stream: rr.RecordingStream, trace: Trace, model: ObjectModel, hand: Hand, friction: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Write all that changes from state to state, except where the bodies stand.
+
+    Args:
+        stream: The recording.
+        trace: The accepted states, T of them.
+        model: The object.
+        hand: The hand.
+        friction: Coulomb friction coefficient.
+
+    Returns:
+        ``object_from_shape`` of the hand's primitives: rotations (T, K, 3, 3) and positions (T, K, 3) [m].
+    """
+    rotations, positions = pose_shapes(hand, trace.joints, trace.palm_rotations, trace.palm_positions)
+    _record_contacts(stream, trace)
+    _record_contact_steps(stream, trace, model)
+    _record_hits(stream, trace, model, hand, rotations, positions)
+    _record_quality(stream, trace)
+    _record_metrics(stream, trace, model, friction)
+    _record_constraints(stream, trace, hand)
+    return rotations, positions
+
+
+def planning_indexes(rows: NDArray[np.int64]) -> list[rr.TimeColumn]:
+    """Where planning rows stand in time."""
+    return [rr.TimeColumn("step", sequence=rows), rr.TimeColumn("iteration", sequence=rows)]
+
+
+def phases_of(trace: Trace) -> list[tuple[str, int, int]]:
+    """Every stretch of states of one phase: its name, its first row, and the row after its last."""
+    stretches, row = [], 0
+    for phase, group in groupby(trace.phases.tolist()):
+        end = row + len(list(group))
+        stretches.append((PHASE_NAMES[phase], row, end))
+        row = end
+    return stretches
+
+
+def isotropies_and_volumes(
+    contacts: NDArray[np.float64], center: NDArray[np.float64], radius: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """``isotropy`` and ``volume`` of ``quality.metrics`` for contacts (T, F, 3) [m] of many states, (T,) each."""
+    arms = (contacts - center) / radius
+    cross = np.cross(arms[:, :, None, :], np.eye(3))  # (T, F, 3 forces, 3): torque of each unit force
+    torques = np.moveaxis(cross.reshape(len(contacts), -1, 3), 1, 2)  # (T, 3, 3 F)
+    forces = np.broadcast_to(np.tile(np.eye(3), contacts.shape[1]), torques.shape)
+    singular = np.linalg.svd(np.concatenate([forces, torques], axis=1), compute_uv=False)
+    return singular[:, -1] / singular[:, 0], singular.prod(axis=1)
+
+
+def _send(stream: rr.RecordingStream, entity: str, rows: NDArray[np.int64], *columns: rr.ComponentColumnList) -> None:
+    stream.send_columns(entity, planning_indexes(rows), [column for group in columns for column in group])
+
+
+def _record_contacts(stream: rr.RecordingStream, trace: Trace) -> None:
+    """Contacts, outward normals and friction cones: one mesh for all cones, an instance for each contact."""
+    rows, fingers = np.arange(len(trace)), trace.contacts.shape[1]
+    contacts, normals = trace.contacts.reshape(-1, 3), trace.normals.reshape(-1, 3)
+    counts = [fingers] * len(rows)
+    _send(stream, "world/contacts", rows, rr.Points3D.columns(positions=contacts).partition(counts))
+    arrows = rr.Arrows3D.columns(origins=contacts, vectors=NORMAL_LENGTH * normals)
+    _send(stream, "world/contacts/normals", rows, arrows.partition(counts))
+    cones = rr.InstancePoses3D.columns(translations=contacts, quaternions=turn_z_to(normals))
+    _send(stream, "world/contacts/cones", rows, cones.partition(counts))
+
+
+def _record_contact_steps(stream: rr.RecordingStream, trace: Trace, model: ObjectModel) -> None:
+    """Tangent steps of CPO, and the surface points they lead to; the other rows are empty."""
+    rows, fingers = np.arange(len(trace)), trace.contacts.shape[1]
+    stepped = np.flatnonzero(trace.phases == CPO)
+    before, steps = trace.contacts[stepped - 1].reshape(-1, 3), trace.contact_steps[stepped].reshape(-1, 3)
+    counts = np.where(trace.phases == CPO, fingers, 0)
+    arrows = rr.Arrows3D.columns(origins=before, vectors=steps)
+    _send(stream, "world/cpo/tangent_steps", rows, arrows.partition(counts))
+    points = rr.Points3D.columns(positions=reference_points(model, before + steps))
+    _send(stream, "world/cpo/reference_points", rows, points.partition(counts))
+
+
+def _record_hits(
+    stream: rr.RecordingStream,
+    trace: Trace,
+    model: ObjectModel,
+    hand: Hand,
+    rotations: NDArray[np.float64],
+    positions: NDArray[np.float64],
+) -> None:
+    """Collision points inside the hand; only states that the planner found penetrating are looked at."""
+    rows = np.arange(len(trace))
+    penetrating = np.flatnonzero(trace.scores[:, PENETRATION] > 0)
+    found = iter(hit_points(hand, model, rotations[penetrating], positions[penetrating]))
+    hits = [next(found) if depth > 0 else np.empty((0, 3)) for depth in trace.scores[:, PENETRATION]]
+    points = rr.Points3D.columns(positions=np.vstack(hits)).partition([len(hit) for hit in hits])
+    _send(stream, "world/collision_points", rows, points)
+
+
+def _record_quality(stream: rr.RecordingStream, trace: Trace) -> None:
+    """Q in the colour of the phase that led to the state, and its two parts."""
+    rows = np.arange(len(trace))
+    _send(
+        stream,
+        "quality/Q",
+        rows,
+        rr.Scalars.columns(scalars=trace.scores[:, QUALITY]),
+        rr.SeriesLines.columns(colors=[colors.rgba(colors.PHASES[PHASE_NAMES[phase]]) for phase in trace.phases]),
+    )
+    for entity, column in (("quality_parts/w1_Q_o", OBJECT_QUALITY), ("quality_parts/w2_Q_h", HAND_QUALITY)):
+        _send(stream, entity, rows, rr.Scalars.columns(scalars=trace.scores[:, column]))
+
+
+def _record_metrics(stream: rr.RecordingStream, trace: Trace, model: ObjectModel, friction: float) -> None:
+    rows = np.arange(len(trace))
+    isotropies, volumes = isotropies_and_volumes(trace.contacts, model.center_of_mass, model.radius)
+    _send(stream, "metrics/Q_iso", rows, rr.Scalars.columns(scalars=isotropies))
+    _send(stream, "metrics/Q_vol", rows, rr.Scalars.columns(scalars=volumes))
+    chosen = np.unique(np.linspace(0, len(rows) - 1, FERRARI_CANNY_ROWS).round().astype(np.int64))
+    spaces = [
+        WrenchSpace(trace.contacts[row], trace.normals[row], friction, model.center_of_mass, model.radius)
+        for row in chosen
+    ]
+    scalars = rr.Scalars.columns(scalars=[ferrari_canny(space) for space in spaces])
+    _send(stream, "metrics/ferrari_canny", chosen, scalars)
+
+
+def _record_constraints(stream: rr.RecordingStream, trace: Trace, hand: Hand) -> None:
+    """What must stay small: gaps between pads and surface, tilts of the pads, penetration."""
+    rows = np.arange(len(trace))
+    for f, finger in enumerate(hand.fingers):
+        for entity, values in (
+            (f"constraints/gap_mm/{finger.name}", 1e3 * trace.residuals[:, f]),
+            (f"constraints/pad_angle_rad/{finger.name}", trace.pad_angles[:, f]),
+        ):
+            _send(stream, entity, rows, rr.Scalars.columns(scalars=values))
+    penetrations = rr.Scalars.columns(scalars=1e3 * trace.scores[:, PENETRATION])
+    _send(stream, "constraints/gap_mm/penetration", rows, penetrations)

@@ -1,0 +1,187 @@
+"""Jobs as their owners see them: accept, find, list, cancel, delete."""
+
+import time
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+
+import sqlalchemy as sa
+
+from fingersplit_client.schemas import JobState
+from fingersplit_service.database.connection import Store, accepting, transaction
+from fingersplit_service.database.rows import LISTED_COLUMNS, JobRow, NewJob, job_row, one_job
+from fingersplit_service.database.tables import jobs, objects, results
+
+__all__ = ["IdempotencyConflict", "JobFilter", "JobStore", "QueueFull", "UnknownObject"]
+
+
+class UnknownObject(Exception):  # noqa: N818 -- names what is the case
+    """A job names an object that its owner does not have; ``args`` are its place among the jobs and the id."""
+
+
+class QueueFull(Exception):  # noqa: N818 -- names what is the case
+    """No more jobs are accepted now; ``args`` is how many wait."""
+
+
+class IdempotencyConflict(Exception):  # noqa: N818 -- names what is the case
+    """The idempotency key belongs to a job that asked for something else; ``args`` is its id."""
+
+
+@dataclass(frozen=True)
+class JobFilter:
+    """Which jobs of an owner to list; None means any."""
+
+    states: Sequence[JobState] = ()
+    object_id: str | None = None
+    hand: str | None = None
+    batch_id: str | None = None
+    object_name: str | None = None
+
+    def condition(self, owner: str) -> sa.ColumnElement[bool]:
+        """As SQL."""
+        wanted = {"object_id": self.object_id, "hand": self.hand, "batch_id": self.batch_id}
+        conditions = [jobs.c[name] == value for name, value in wanted.items() if value is not None]
+        if self.states:
+            conditions.append(jobs.c.state.in_(self.states))
+        if self.object_name is not None:
+            conditions.append(jobs.c.object_name.icontains(self.object_name, autoescape=True))
+        return sa.and_(jobs.c.owner == owner, *conditions)
+
+
+class JobStore(Store):
+    """Jobs by owner; nobody finds another's."""
+
+    @accepting
+    def add(
+        self,
+        connection: sa.Connection,
+        owner: str,
+        new: Sequence[NewJob],
+        *,
+        longest_queue: int,
+        batch_id: str | None = None,
+        idempotency_key: str | None = None,
+    ) -> tuple[list[JobRow], bool]:
+        """Queue jobs, all or none.
+
+        Args:
+            connection: The transaction.
+            owner: Whose they are.
+            new: The jobs.
+            longest_queue: How many jobs may wait.
+            batch_id: The batch they came in.
+            idempotency_key: With it, a second call returns the first one's job.
+
+        Returns:
+            The jobs, and whether they are new.
+
+        Raises:
+            UnknownObject: An object is not the owner's.
+            QueueFull: Too many jobs wait.
+            IdempotencyConflict: The key was used for something else.
+        """
+        if idempotency_key is not None:
+            known = one_job(connection, (jobs.c.owner == owner) & (jobs.c.idempotency_key == idempotency_key))
+            if known is not None:
+                if _request_hash(connection, known.id) != new[0].request_hash:
+                    raise IdempotencyConflict(known.id)
+                return [known], False
+        waiting = connection.execute(sa.select(sa.func.count()).where(jobs.c.state == "queued")).scalar_one()
+        if waiting + len(new) > longest_queue:
+            raise QueueFull(waiting)
+        now = time.time()
+        names = _object_names(connection, owner, new, now)
+        shared = {
+            "owner": owner,
+            "batch_id": batch_id,
+            "idempotency_key": idempotency_key,
+            "state": "queued",
+            "attempts": 0,
+            "worker_deaths": 0,
+            "warnings": "[]",
+            "created_at": now,
+        }
+        rows = [shared | asdict(job) | {"object_name": names[job.object_id]} for job in new]
+        insert = sa.insert(jobs).returning(*LISTED_COLUMNS, jobs.c.request, sort_by_parameter_order=True)
+        return [job_row(row) for row in connection.execute(insert, rows).mappings()], True
+
+    @transaction
+    def get(self, connection: sa.Connection, owner: str, job_id: str) -> tuple[JobRow, str | None] | None:
+        """A job and its result document, JSON; None when the owner has no such job."""
+        query = sa.select(*LISTED_COLUMNS, jobs.c.request, results.c.document).outerjoin(results)
+        row = connection.execute(query.where(_is(owner, job_id))).mappings().one_or_none()
+        if row is None:
+            return None
+        columns = dict(row)
+        result: str | None = columns.pop("document")
+        return job_row(columns), result
+
+    @transaction
+    def page(
+        self, connection: sa.Connection, owner: str, which: JobFilter, before: int | None, limit: int
+    ) -> list[JobRow]:
+        """Jobs of an owner, newest first, older than the place ``before``, without their requests."""
+        query = sa.select(*LISTED_COLUMNS).where(which.condition(owner))
+        if before is not None:
+            query = query.where(jobs.c.number < before)
+        rows = connection.execute(query.order_by(jobs.c.number.desc()).limit(limit)).mappings()
+        return [job_row(row) for row in rows]
+
+    @accepting
+    def cancel(self, connection: sa.Connection, owner: str, job_id: str) -> JobRow | None:
+        """End a job that has not ended; None when the owner has no such job."""
+        update = (
+            sa.update(jobs)
+            .where(_is(owner, job_id), jobs.c.state.in_(("queued", "running")))
+            .values(state="cancelled", finished_at=time.time(), lease_until=None)
+        )
+        connection.execute(update)
+        return one_job(connection, _is(owner, job_id))
+
+    @accepting
+    def delete(self, connection: sa.Connection, owner: str, job_id: str) -> bool:
+        """Delete a job in whatever state, with its result; False when the owner has no such job."""
+        return connection.execute(sa.delete(jobs).where(_is(owner, job_id))).rowcount == 1
+
+    @transaction
+    def batch(self, connection: sa.Connection, owner: str, batch_id: str) -> list[tuple[str, JobState]]:
+        """Ids and states of a batch's jobs in their order; empty when the owner has no such batch."""
+        query = sa.select(jobs.c.id, jobs.c.state).where(jobs.c.owner == owner, jobs.c.batch_id == batch_id)
+        return [(job_id, state) for job_id, state in connection.execute(query.order_by(jobs.c.number))]
+
+    @transaction
+    def counts(self, connection: sa.Connection) -> dict[str, int]:
+        """How many jobs of all owners are queued and running."""
+        query = sa.select(jobs.c.state, sa.func.count()).where(jobs.c.state.in_(("queued", "running")))
+        return {"queued": 0, "running": 0} | {
+            row[0]: row[1] for row in connection.execute(query.group_by(jobs.c.state))
+        }
+
+    @transaction
+    def delete_ended_before(self, connection: sa.Connection, moment: float, limit: int) -> list[str]:
+        """Delete jobs that ended before ``moment``; their ids."""
+        query = sa.select(jobs.c.id).where(jobs.c.finished_at < moment).limit(limit)
+        old = list(connection.execute(query).scalars())
+        connection.execute(sa.delete(jobs).where(jobs.c.id.in_(old)))
+        return old
+
+
+def _object_names(connection: sa.Connection, owner: str, new: Sequence[NewJob], now: float) -> dict[str, str]:
+    """Names of the jobs' objects, which are marked as used."""
+    wanted = {job.object_id for job in new}
+    which = (objects.c.owner == owner) & objects.c.id.in_(wanted)
+    rows = connection.execute(
+        sa.update(objects).where(which).values(used_at=now).returning(objects.c.id, objects.c.name)
+    )
+    names = {row[0]: row[1] for row in rows}
+    for place, job in enumerate(new):
+        if job.object_id not in names:
+            raise UnknownObject(place, job.object_id)
+    return names
+
+
+def _request_hash(connection: sa.Connection, job_id: str) -> str | None:
+    return connection.execute(sa.select(jobs.c.request_hash).where(jobs.c.id == job_id)).scalar()
+
+
+def _is(owner: str, job_id: str) -> sa.ColumnElement[bool]:
+    return (jobs.c.owner == owner) & (jobs.c.id == job_id)

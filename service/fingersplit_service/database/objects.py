@@ -1,0 +1,135 @@
+"""Objects and their parallel grasps, as they stand in the database."""
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import sqlalchemy as sa
+from sqlalchemy.dialects import postgresql, sqlite
+
+from fingersplit_client.schemas import ObjectInfo, ParallelGraspSetInfo
+from fingersplit_service.database.connection import Store, accepting, transaction
+from fingersplit_service.database.tables import jobs, objects, parallel_grasp_sets
+
+__all__ = ["ObjectStore", "Removal", "StoredObject"]
+
+
+@dataclass(frozen=True)
+class StoredObject:
+    """An object's place in the list and its document, JSON."""
+
+    number: int
+    document: str
+
+
+@dataclass(frozen=True)
+class Removal:
+    """What became of an attempt to delete an object.
+
+    Attributes:
+        found: Whether it was there.
+        unfinished: Jobs that still need it; with any, nothing was deleted.
+        last: Whether nobody else has the same mesh, so that its files can go.
+    """
+
+    found: bool
+    unfinished: int = 0
+    last: bool = False
+
+
+class ObjectStore(Store):
+    """Objects by owner: the same mesh of two owners is two rows and one file."""
+
+    @accepting
+    def add(self, connection: sa.Connection, owner: str, info: ObjectInfo) -> bool:
+        """Keep an object; False when its owner has it already."""
+        row = {
+            "owner": owner,
+            "id": info.id,
+            "name": info.name,
+            "document": info.model_dump_json(),
+            "created_at": info.created_at.timestamp(),
+            "used_at": time.time(),
+        }
+        dialect: Any = sqlite if connection.dialect.name == "sqlite" else postgresql
+        insert = dialect.insert(objects).values(row).on_conflict_do_nothing(index_elements=["owner", "id"])
+        if connection.execute(insert).rowcount == 1:
+            return True
+        connection.execute(sa.update(objects).where(_is(owner, info.id)).values(used_at=row["used_at"]))
+        return False
+
+    @transaction
+    def document(self, connection: sa.Connection, owner: str, object_id: str) -> str | None:
+        """An object's document, JSON; None when the owner has no such object."""
+        return connection.execute(sa.select(objects.c.document).where(_is(owner, object_id))).scalar()
+
+    @transaction
+    def page(self, connection: sa.Connection, owner: str, before: int | None, limit: int) -> list[StoredObject]:
+        """Objects of an owner, newest first, older than the place ``before``."""
+        query = sa.select(objects.c.number, objects.c.document).where(objects.c.owner == owner)
+        if before is not None:
+            query = query.where(objects.c.number < before)
+        rows = connection.execute(query.order_by(objects.c.number.desc()).limit(limit))
+        return [StoredObject(*row) for row in rows]
+
+    @accepting
+    def remove(self, connection: sa.Connection, owner: str, object_id: str) -> Removal:
+        """Delete an object and its parallel grasps, unless unfinished jobs need it."""
+        unfinished = connection.execute(
+            sa.select(sa.func.count())
+            .select_from(jobs)
+            .where(jobs.c.owner == owner, jobs.c.object_id == object_id, jobs.c.state.in_(("queued", "running")))
+        ).scalar_one()
+        if unfinished:
+            return Removal(found=True, unfinished=unfinished)
+        found = connection.execute(sa.delete(objects).where(_is(owner, object_id))).rowcount == 1
+        connection.execute(sa.delete(parallel_grasp_sets).where(_has_grasps(owner, object_id)))
+        others = connection.execute(sa.select(objects.c.id).where(objects.c.id == object_id).limit(1)).scalar()
+        return Removal(found=found, last=found and others is None)
+
+    @transaction
+    def unused_since(self, connection: sa.Connection, moment: float, limit: int) -> Sequence[tuple[str, str]]:
+        """Owner and id of objects that nobody uploaded or planned for since ``moment``."""
+        query = sa.select(objects.c.owner, objects.c.id).where(objects.c.used_at < moment).limit(limit)
+        return [(owner, object_id) for owner, object_id in connection.execute(query)]
+
+    @accepting
+    def add_grasps(self, connection: sa.Connection, owner: str, info: ParallelGraspSetInfo, document: str) -> bool:
+        """Keep a set of parallel grasps; False when its object has gone."""
+        if connection.execute(sa.select(objects.c.id).where(_is(owner, info.object_id))).scalar() is None:
+            return False
+        row = info.model_dump() | {
+            "owner": owner,
+            "created_at": info.created_at.timestamp(),
+            "document": document,
+        }
+        connection.execute(sa.insert(parallel_grasp_sets).values(row))
+        return True
+
+    @transaction
+    def grasp_sets(self, connection: sa.Connection, owner: str, object_id: str) -> Sequence[sa.RowMapping]:
+        """The sets of an object without their grasps, newest first."""
+        columns = [column for column in parallel_grasp_sets.c if column.name in ParallelGraspSetInfo.model_fields]
+        query = sa.select(*columns).where(_has_grasps(owner, object_id)).order_by(parallel_grasp_sets.c.number.desc())
+        return connection.execute(query.limit(1000)).mappings().all()
+
+    @transaction
+    def grasp_set(self, connection: sa.Connection, owner: str, object_id: str, set_id: str) -> sa.RowMapping | None:
+        """One set with its ``document``."""
+        query = sa.select(parallel_grasp_sets).where(_has_grasps(owner, object_id), parallel_grasp_sets.c.id == set_id)
+        return connection.execute(query).mappings().one_or_none()
+
+    @accepting
+    def remove_grasps(self, connection: sa.Connection, owner: str, object_id: str, set_id: str) -> bool:
+        """Delete a set; False when there is none."""
+        which = _has_grasps(owner, object_id) & (parallel_grasp_sets.c.id == set_id)
+        return connection.execute(sa.delete(parallel_grasp_sets).where(which)).rowcount == 1
+
+
+def _is(owner: str, object_id: str) -> sa.ColumnElement[bool]:
+    return (objects.c.owner == owner) & (objects.c.id == object_id)
+
+
+def _has_grasps(owner: str, object_id: str) -> sa.ColumnElement[bool]:
+    return (parallel_grasp_sets.c.owner == owner) & (parallel_grasp_sets.c.object_id == object_id)

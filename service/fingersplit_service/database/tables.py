@@ -1,0 +1,101 @@
+"""The tables. A migration in ``migrations/versions`` goes with every change here.
+
+Times are seconds since 1970, UTC; documents are JSON text. ``owner`` is the id of the API key a row belongs to.
+"""
+
+import sqlalchemy as sa
+
+__all__ = ["api_keys", "jobs", "metadata", "objects", "parallel_grasp_sets", "results"]
+
+metadata = sa.MetaData()
+
+_Number = sa.BigInteger().with_variant(sa.Integer, "sqlite")  # only INTEGER counts up by itself in SQLite
+_Id = sa.String(64)
+_Time = sa.Float(53)
+
+objects = sa.Table(
+    "objects",
+    metadata,
+    sa.Column("number", _Number, primary_key=True, comment="order of acceptance"),
+    sa.Column("owner", _Id, nullable=False),
+    sa.Column("id", _Id, nullable=False),
+    sa.Column("name", sa.Text, nullable=False),
+    sa.Column("document", sa.Text, nullable=False, comment="ObjectInfo"),
+    sa.Column("created_at", _Time, nullable=False),
+    sa.Column("used_at", _Time, nullable=False, comment="last uploaded or planned for"),
+    sa.Index("ix_objects_owner_id", "owner", "id", unique=True),
+    sa.Index("ix_objects_owner_number", "owner", "number"),
+    sa.Index("ix_objects_id", "id"),
+)
+
+parallel_grasp_sets = sa.Table(
+    "parallel_grasp_sets",
+    metadata,
+    sa.Column("number", _Number, primary_key=True),
+    sa.Column("owner", _Id, nullable=False),
+    sa.Column("object_id", _Id, nullable=False),
+    sa.Column("id", _Id, nullable=False, unique=True),
+    sa.Column("origin", sa.String(16), nullable=False),
+    sa.Column("name", sa.Text, nullable=False),
+    sa.Column("count", sa.Integer, nullable=False),
+    sa.Column("created_at", _Time, nullable=False),
+    sa.Column("document", sa.Text, nullable=False, comment="list of ParallelGrasp"),
+    sa.Index("ix_parallel_grasp_sets_object", "owner", "object_id", "number"),
+)
+
+jobs = sa.Table(
+    "jobs",
+    metadata,
+    sa.Column("number", _Number, primary_key=True, comment="order of acceptance"),
+    sa.Column("id", _Id, nullable=False, unique=True),
+    sa.Column("owner", _Id, nullable=False),
+    sa.Column("object_id", _Id, nullable=False),
+    sa.Column("object_name", sa.Text, nullable=False),
+    sa.Column("hand", _Id, nullable=False),
+    sa.Column("batch_id", _Id),
+    sa.Column("state", sa.String(16), nullable=False),
+    sa.Column("priority", sa.Integer, nullable=False),
+    sa.Column("deadline_s", sa.Float(53)),
+    sa.Column("attempts", sa.Integer, nullable=False, comment="times handed to a worker, counted before"),
+    sa.Column("worker_deaths", sa.Integer, nullable=False, comment="times its worker died of it"),
+    sa.Column("runner", _Id, comment="the service process that runs it"),
+    sa.Column("lease_until", _Time, comment="when another may take it over unless the runner extends this"),
+    sa.Column("created_at", _Time, nullable=False),
+    sa.Column("started_at", _Time, comment="of the latest attempt"),
+    sa.Column("finished_at", _Time),
+    sa.Column("grasps", sa.Integer, comment="number of grasps in the result"),
+    sa.Column("feasible", sa.Integer),
+    sa.Column("verified", sa.Integer),
+    sa.Column("best_quality", sa.Float(53), comment="Ferrari-Canny metric of rank 1 [N]"),
+    sa.Column("error_code", sa.String(32)),
+    sa.Column("error_detail", sa.Text),
+    sa.Column("warnings", sa.Text, nullable=False, comment="list of sentences"),
+    sa.Column("idempotency_key", sa.String(255)),
+    sa.Column("request_hash", sa.String(64), nullable=False),
+    sa.Column("request", sa.Text, nullable=False, comment="JobCreate"),
+    sa.Index("ix_jobs_owner_number", "owner", "number"),
+    sa.Index("ix_jobs_owner_state", "owner", "state", "number"),
+    sa.Index("ix_jobs_owner_object", "owner", "object_id", "number"),
+    sa.Index("ix_jobs_queue", "state", "priority", "owner", "number"),
+    sa.Index("ix_jobs_batch", "batch_id", "number"),
+    sa.Index("ix_jobs_finished", "finished_at"),
+    sa.Index("ix_jobs_idempotency", "owner", "idempotency_key", unique=True),
+)
+
+results = sa.Table(
+    "results",
+    metadata,
+    sa.Column("job_id", _Id, sa.ForeignKey("jobs.id", ondelete="CASCADE"), primary_key=True),
+    sa.Column("document", sa.Text, nullable=False, comment="PlanResult; apart, so that lists do not read over it"),
+)
+
+api_keys = sa.Table(
+    "api_keys",
+    metadata,
+    sa.Column("id", _Id, primary_key=True),
+    sa.Column("name", sa.Text, nullable=False),
+    sa.Column("hash", sa.String(64), nullable=False, comment="SHA-256 of the secret, which is 256 random bits"),
+    sa.Column("scopes", sa.String(64), nullable=False, comment="space-separated"),
+    sa.Column("created_at", _Time, nullable=False),
+    sa.Column("revoked_at", _Time),
+)

@@ -1,0 +1,63 @@
+"""What workers make of a finished job for people and other tools: pictures, recordings, exports."""
+
+import json
+from dataclasses import dataclass
+from typing import Literal
+
+from fingersplit_service.jobs.stored_objects import prepared_object, stored_mesh
+from fingersplit_service.storage import Storage
+
+__all__ = ["ExportedFile", "ViewName", "ViewOrder", "convert_result", "draw_view"]
+
+ViewName = Literal["picture.png", "thumbnail.webp", "animation.webp", "recording.rrd"]
+"""What can be made of a grasp for people to look at."""
+
+
+@dataclass(frozen=True)
+class ViewOrder:
+    """A view of one grasp for a worker to make; the friction coefficient is that of the planner."""
+
+    name: ViewName
+    job_id: str
+    rank: int
+    object_id: str
+    object_name: str
+    friction: float
+
+
+@dataclass(frozen=True)
+class ExportedFile:
+    """A result as a file of another tool, with its ending and media type."""
+
+    content: bytes
+    suffix: str
+    media_type: str
+
+
+def convert_result(result: str, format_name: str, rank: int | None) -> ExportedFile:
+    """Write a result document, JSON, in another tool's format; of one rank or of all feasible grasps.
+
+    Raises:
+        ExchangeError: The result has no grasp to write.
+    """
+    from fingersplit.exchange import EXPORT_FORMATS, export
+
+    chosen = EXPORT_FORMATS[format_name]
+    return ExportedFile(export(json.loads(result), format_name, rank=rank), chosen.suffix, chosen.media_type)
+
+
+def draw_view(storage: Storage, order: ViewOrder) -> None:
+    """Make what somebody wants to look at out of the traces that a job kept."""
+    from fingersplit.recording import stored
+
+    mesh, traces = stored_mesh(storage, order.object_id), storage.traces(order.job_id)
+    with storage.atomic(storage.view(order.job_id, order.rank, order.name), durable=False) as staged:
+        if order.name == "picture.png":
+            stored.draw_stored(traces, mesh, order.rank, staged)
+        elif order.name == "thumbnail.webp":
+            stored.thumbnail_stored(traces, mesh, order.rank, staged)
+        elif order.name == "animation.webp":
+            stored.animate_stored(traces, mesh, order.rank, staged)
+        else:
+            model = prepared_object(storage, order.object_id, order.object_name)
+            stored.record_stored(traces, model, order.rank, staged, order.friction)

@@ -1,0 +1,1 @@
+"""For whoever operates the service: logs, metrics, traces, retention, and a check of the installation."""

@@ -1,0 +1,84 @@
+// The service's HTTP interface. Everything stays on this origin; a missing session leads to the sign-in page.
+
+export class Problem extends Error {
+  constructor(message, status) {
+    super(message);
+    this.status = status;
+  }
+}
+
+async function call(path, options = {}) {
+  const response = await fetch(path, { credentials: "same-origin", ...options });
+  if (response.status === 401 && !location.pathname.endsWith("/login")) {
+    location.assign(`/review/login?next=${encodeURIComponent(location.pathname + location.search)}`);
+    return new Promise(() => {}); // the page is being left
+  }
+  if (!response.ok) throw new Problem(await explain(response), response.status);
+  return response.status === 204 ? null : response.json();
+}
+
+async function explain(response) {
+  try {
+    const problem = await response.json();
+    const fields = (problem.errors ?? []).map((error) => `${error.field.replace(/^\//, "")}: ${error.detail}`);
+    return [problem.detail, ...fields.filter((text) => !text.endsWith(problem.detail))].join(" ");
+  } catch {
+    return `The service answered ${response.status}.`;
+  }
+}
+
+const post = (path, body) =>
+  call(path, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) });
+
+export const hands = () => call("/v1/hands");
+export const job = (id) => call(`/v1/jobs/${id}`);
+export const createJob = (body) => post("/v1/jobs", body);
+export const cancelJob = (id) => call(`/v1/jobs/${id}/cancel`, { method: "POST" });
+export const deleteJob = (id) => call(`/v1/jobs/${id}`, { method: "DELETE" });
+export const curve = (id, rank) => call(`/v1/jobs/${id}/grasps/${rank}/curve`);
+export const signIn = (key) => post("/review/session", { key });
+
+export function jobs(filters) {
+  const query = new URLSearchParams(Object.entries(filters).filter(([, value]) => value));
+  return call(`/v1/jobs?${query}`);
+}
+
+export function upload(file, unit) {
+  const form = new FormData();
+  form.append("file", file);
+  form.append("unit", unit);
+  return call("/v1/objects", { method: "POST", body: form });
+}
+
+export const links = {
+  run: (id) => `/review/runs/${id}`,
+  thumbnail: (id) => `/v1/jobs/${id}/thumbnail.webp`,
+  result: (id) => `/v1/jobs/${id}`,
+  recording: (id, rank) => `/v1/jobs/${id}/grasps/${rank}/recording.rrd`,
+  picture: (id, rank) => `/v1/jobs/${id}/grasps/${rank}/picture.png`,
+  exported: (id, format) => `/v1/jobs/${id}/export/${format}`,
+  animation: (id, rank) => `/v1/jobs/${id}/grasps/${rank}/animation.webp`,
+};
+
+const ENDED = ["succeeded", "failed", "cancelled"];
+export const hasEnded = (state) => ENDED.includes(state);
+
+// Calls `onChange` with every summary of a job until it has ended; resolves with the whole job. The browser reconnects
+// a broken stream by itself and goes on after the last event it saw.
+export function follow(id, onChange) {
+  return new Promise((resolve, reject) => {
+    const stream = new EventSource(`/v1/jobs/${id}/events`);
+    for (const state of ["queued", "running", ...ENDED]) {
+      stream.addEventListener(state, (event) => {
+        onChange(JSON.parse(event.data));
+        if (hasEnded(state)) {
+          stream.close();
+          job(id).then(resolve, reject);
+        }
+      });
+    }
+    stream.onerror = () => {
+      if (stream.readyState === EventSource.CLOSED) reject(new Problem("The connection to the service was lost."));
+    };
+  });
+}

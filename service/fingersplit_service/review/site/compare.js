@@ -1,0 +1,116 @@
+// Two runs side by side: what was asked differently, how the best grasps differ, and both quality curves.
+
+import * as api from "./api.js";
+import { qualityChart } from "./chart.js";
+import { card, find, h, report, show } from "./dom.js";
+import { METRICS, ago, duration, exact, number, sentence, standing, took } from "./format.js";
+
+const KEYS = ["first", "second"];
+const NAMES = ["Before", "After"];
+
+async function load() {
+  const asked = new URLSearchParams(location.search);
+  const ids = [asked.get("a"), asked.get("b")];
+  if (ids.some((id) => !id)) throw new Error("Choose two runs in the list of runs to compare them.");
+  const jobs = await Promise.all(ids.map(api.job));
+  jobs.sort((a, b) => new Date(a.created_at) - new Date(b.created_at));
+  const unfinished = jobs.find((job) => !job.result);
+  if (unfinished) throw new Error(`The run of ${unfinished.object_name} has no result to compare.`);
+  const best = jobs.map((job) => job.result.grasps[0]);
+  find(".lead").textContent = summary(jobs, best);
+  const place = find("#comparison");
+  place.append(
+    h("div", { class: "pair" }, jobs.map(head)),
+    h("div", { class: "columns" }, card("Quality of the best grasps", { wide: true }, await curves(jobs, best)), card("Outcome", {}, metrics(jobs, best)), card("What was asked", {}, parameters(jobs))),
+  );
+  show(place);
+}
+
+function summary(jobs, best) {
+  if (best.some((grasp) => !grasp)) return "One of the runs found no grasp.";
+  const [before, after] = best.map((grasp) => grasp.metrics.ferrari_canny);
+  if (before === after) return "The best grasps are equally good by the Ferrari-Canny metric.";
+  if (before === 0) return "Only the later run has a best grasp with force closure.";
+  const change = (100 * (after - before)) / before;
+  const same = jobs[0].object_id === jobs[1].object_id ? "" : " The objects differ.";
+  return `The later run's best grasp is ${number(Math.abs(change), 2)} % ${change > 0 ? "better" : "worse"} by the Ferrari-Canny metric.${same}`;
+}
+
+function head(job, index) {
+  const [kind, label] = standing(job);
+  return h(
+    "section",
+    { class: "card", "aria-label": NAMES[index] },
+    job.result.grasps.length ? h("img", { class: "thumbnail", src: api.links.thumbnail(job.id), alt: `Best grasp of ${job.object_name}` }) : h("span", { class: "thumbnail" }),
+    h(
+      "div",
+      {},
+      h("p", { class: `key ${KEYS[index]}` }, NAMES[index]),
+      h("h2", {}, h("a", { href: api.links.run(job.id) }, job.object_name)),
+      h("p", {}, h("span", { class: `badge ${kind}` }, label)),
+      h("p", { class: "hint" }, h("time", { datetime: job.created_at, title: exact(job.created_at) }, ago(job.created_at))),
+    ),
+  );
+}
+
+async function curves(jobs, best) {
+  const series = [];
+  for (const [index, job] of jobs.entries()) {
+    if (!best[index]) continue;
+    try {
+      series.push({ name: NAMES[index], ...(await api.curve(job.id, best[index].rank)) });
+    } catch (error) {
+      return h("p", { class: "hint" }, error.message);
+    }
+  }
+  return series.length ? qualityChart(series, "Quality of the best grasps", true) : h("p", { class: "hint" }, "Neither run found a grasp.");
+}
+
+function metrics(jobs, best) {
+  const value = (pick) => best.map((grasp) => (grasp ? pick(grasp) : null));
+  const rows = [
+    ...METRICS.map(([name, label, unit]) => [`${label}${unit ? `, ${unit}` : ""}`, value((grasp) => grasp.metrics[name] ?? null), 1, number]),
+    ["Largest pad tilt, rad", value((grasp) => Math.max(...grasp.contacts.map((contact) => contact.pad_angle))), -1, number],
+    ["Q gained over the start", value((grasp) => grasp.metrics.quality - grasp.initial.quality), 1, number],
+    ["Feasible starts", jobs.map((job) => job.result.summary.feasible), 1, String],
+    ["Held in simulation", jobs.map((job) => (job.request.verified ? job.verified : null)), 1, String],
+    ["CPO iterations", value((grasp) => grasp.iterations.cpo), 0, String],
+    ["PPO iterations", value((grasp) => grasp.iterations.ppo), 0, String],
+    ["Planning", jobs.map((job) => job.result.timings_ms.total), -1, duration],
+    ["In all", jobs.map(took), -1, duration],
+  ];
+  return grid(["", ...NAMES, "Change"], rows.map(([label, pair, sense, text]) => deltaRow(label, pair, sense, text)));
+}
+
+// sense: 1 where more is better, -1 where less is better, 0 where neither is.
+function deltaRow(label, [before, after], sense, text) {
+  const known = before !== null && after !== null;
+  const change = known ? after - before : 0;
+  const share = known && before ? ` (${change > 0 ? "+" : "−"}${number(Math.abs((100 * change) / before), 2)} %)` : "";
+  const kind = change * sense > 0 ? "better" : change * sense < 0 ? "worse" : null;
+  const said = !known ? "–" : change === 0 ? "same" : `${change > 0 ? "+" : "−"}${text(Math.abs(change))}${share}`;
+  const cells = [before, after].map((value) => h("td", { class: "number" }, value === null ? "–" : text(value)));
+  return h("tr", {}, h("th", { scope: "row" }, label), ...cells, h("td", { class: kind ? `number ${kind}` : "number" }, said, kind ? h("span", { class: "visually-hidden" }, `, ${kind}`) : null));
+}
+
+function parameters(jobs) {
+  const flat = jobs.map((job) => {
+    const { planner, parallel_grasps: grasps, ...rest } = job.request;
+    return { object: job.object_name, ...rest, parallel_grasps: grasps ? `${grasps.length} given` : "found", ...planner };
+  });
+  const names = [...new Set(flat.flatMap(Object.keys))];
+  const text = (value) => (value === undefined ? "default" : value === null ? "–" : String(value));
+  const rows = names.map((name) => {
+    const [before, after] = flat.map((one) => text(one[name]));
+    const changed = before !== after;
+    return [changed, h("tr", { class: changed ? "changed" : null }, h("th", { scope: "row" }, sentence(name)), h("td", { class: "mono" }, before), h("td", { class: "mono" }, after), h("td", {}, changed ? "changed" : ""))];
+  });
+  rows.sort((a, b) => b[0] - a[0]);
+  return grid(["Parameter", ...NAMES, ""], rows.map(([, row]) => row));
+}
+
+function grid(heads, rows) {
+  return h("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": heads[0] || "Outcome" }, h("table", {}, h("thead", {}, h("tr", {}, heads.map((head, index) => h("th", { scope: "col", class: index && heads[0] === "" ? "number" : null }, head)))), h("tbody", {}, rows)));
+}
+
+load().catch(report);

@@ -1,0 +1,64 @@
+// Numbers, times and names as people read them.
+
+export const words = (name) => String(name).replace(/_s$/, ", s").replaceAll("_", " ");
+
+export const sentence = (name) => words(name).replace(/^./, (first) => first.toUpperCase());
+
+export function number(value, digits = 3) {
+  if (value === null || value === undefined) return "–";
+  if (value === 0) return "0";
+  const size = Math.abs(value);
+  if (size < 1e-3 || size >= 1e6) return value.toExponential(digits - 1);
+  return Number(value.toPrecision(digits)).toString();
+}
+
+export function duration(milliseconds) {
+  if (milliseconds === null || milliseconds === undefined) return "–";
+  if (milliseconds < 10) return `${milliseconds.toFixed(1)} ms`;
+  if (milliseconds < 1000) return `${Math.round(milliseconds)} ms`;
+  if (milliseconds < 60_000) return `${(milliseconds / 1000).toFixed(1)} s`;
+  return `${Math.floor(milliseconds / 60_000)} min ${Math.round((milliseconds % 60_000) / 1000)} s`;
+}
+
+export function took(job) {
+  return job.finished_at && job.started_at ? new Date(job.finished_at) - new Date(job.started_at) : null;
+}
+
+const relative = new Intl.RelativeTimeFormat("en", { numeric: "auto" });
+const STEPS = [
+  [60, "second"],
+  [60, "minute"],
+  [24, "hour"],
+  [7, "day"],
+];
+
+export function ago(time) {
+  let span = (new Date(time) - Date.now()) / 1000;
+  for (const [length, unit] of STEPS) {
+    if (Math.abs(span) < length) return relative.format(Math.round(span), unit);
+    span /= length;
+  }
+  return new Date(time).toLocaleDateString("en", { day: "numeric", month: "short", year: "numeric" });
+}
+
+export const exact = (time) => new Date(time).toLocaleString("en");
+
+// What a state looks like: succeeded without a feasible grasp is an answer, but not what was hoped for.
+export function standing(job) {
+  if (job.state === "succeeded") {
+    return job.feasible === 0 ? ["warn", "No feasible grasp"] : ["good", "Succeeded"];
+  }
+  if (job.state === "failed") return ["bad", "Failed"];
+  if (job.state === "running") return ["busy", job.stage ? sentence(job.stage) : "Running"];
+  return ["", sentence(job.state)];
+}
+
+export const METRICS = [
+  ["holding_margin", "Holding margin", "N"],
+  ["ferrari_canny", "Ferrari-Canny", "N"],
+  ["quality", "Quality Q", ""],
+  ["object_quality", "Area term", "m²"],
+  ["manipulability", "Joint term", ""],
+  ["isotropy", "Isotropy", ""],
+  ["volume", "Wrench volume", "N⁶"],
+];

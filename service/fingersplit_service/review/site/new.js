@@ -1,0 +1,175 @@
+// Upload a mesh, plan, and watch: the form, its checks, and the live progress.
+
+import * as api from "./api.js";
+import { find, forgive, h, report, show } from "./dom.js";
+import { sentence } from "./format.js";
+
+const form = find("form");
+const earlier = new URLSearchParams(location.search).get("from");
+const STAGES = [
+  ["upload", "Upload and check the mesh"],
+  ["queued", "Wait for a worker"],
+  ["preparing", "Prepare the object"],
+  ["parallel_grasps", "Find parallel grasps"],
+  ["mapping", "Map them to the hand"],
+  ["splitting", "Split the fingers"],
+  ["ranking", "Rank the grasps"],
+  ["verifying", "Verify in simulation"],
+];
+let object = null;
+let current = null;
+let settings = {};
+
+function stages() {
+  return STAGES.filter(([name]) => (name !== "verifying" || Number(form.elements.verified.value) > 0) && (name !== "upload" || !earlier));
+}
+
+function drawStages(now) {
+  const names = stages().map(([name]) => name);
+  const place = names.indexOf(now);
+  if (place < 0 && now !== "done") return;
+  find(".steps").replaceChildren(
+    ...stages().map(([name, label], index) => {
+      const past = now === "done" || index < place;
+      return h("li", { class: past ? "done" : index === place ? "now" : null, "aria-current": index === place ? "step" : null }, label);
+    }),
+  );
+  const label = stages()[place]?.[1] ?? "Done";
+  if (find("[role=status]").textContent !== label) find("[role=status]").textContent = label;
+}
+
+function check() {
+  const file = form.elements.file.files[0];
+  if (!object && !file) throw new Error("Choose a mesh file first.");
+  if (!object && !form.elements.unit.value) throw new Error("Say the unit of the file; a wrong guess is a wrong grasp.");
+  for (const field of form.querySelectorAll("input[type=number]")) {
+    if (!field.checkValidity()) {
+      field.focus();
+      throw new Error(`${form.querySelector(`label[for=${field.id}]`).textContent}: ${field.validationMessage}`);
+    }
+  }
+  return file;
+}
+
+function order(objectId) {
+  const { hand, starts, seed, verified, protocol, friction, verify_initial: initial } = form.elements;
+  return {
+    object_id: objectId,
+    hand: hand.value,
+    starts: Number(starts.value),
+    seed: Number(seed.value),
+    verified: Number(verified.value),
+    protocol: protocol.value,
+    verify_initial: initial.checked && Number(verified.value) > 0,
+    planner: { ...settings, friction: Number(friction.value) },
+  };
+}
+
+async function submit(event) {
+  event.preventDefault();
+  forgive();
+  try {
+    const file = check();
+    show(form, false);
+    show(find("#progress"));
+    find("#progress h2").focus();
+    drawStages("upload");
+    const objectId = object ?? (await api.upload(file, form.elements.unit.value)).id;
+    drawStages("queued");
+    current = await api.createJob(order(objectId));
+    const ended = await api.follow(current.id, change);
+    finish(ended);
+  } catch (error) {
+    current = null;
+    show(form);
+    show(find("#progress"), false);
+    report(error);
+    find("#problem").scrollIntoView({ block: "center" });
+  }
+}
+
+function change(job) {
+  if (job.state === "queued") drawStages("queued");
+  if (job.state === "running" && job.stage) drawStages(job.stage);
+  find("#progress progress").value = job.progress;
+}
+
+function finish(job) {
+  drawStages("done");
+  show(find("#cancel"), false);
+  find("#progress progress").value = 1;
+  const result = job.result;
+  const best = result?.grasps[0];
+  const outcome = find(".outcome");
+  find("#verdict").append(verdict(job));
+  find("#message").textContent = result?.summary.message ?? job.error?.detail ?? "";
+  find("#open").href = api.links.run(job.id);
+  const picture = outcome.querySelector("img");
+  show(picture, Boolean(best));
+  if (best) {
+    picture.alt = `The best grasp of ${job.object_name}`;
+    picture.src = api.links.thumbnail(job.id);
+  }
+  show(find("#compare"), Boolean(earlier));
+  find("#compare").href = `/review/compare?a=${earlier}&b=${job.id}`;
+  find("#progress h2").textContent = job.state === "succeeded" ? "Done" : sentence(job.state);
+  find("[role=status]").textContent = find("#verdict").textContent;
+  show(outcome);
+  find("#open").focus();
+}
+
+function verdict(job) {
+  if (job.state === "failed") return h("span", { class: "badge bad" }, "Failed");
+  if (job.state === "cancelled") return h("span", { class: "badge" }, "Cancelled");
+  if (job.verified > 0) return h("span", { class: "badge good" }, job.verified === 1 ? "One grasp held in simulation" : `${job.verified} grasps held in simulation`);
+  if (job.request.verified > 0) return h("span", { class: "badge warn" }, "No grasp held in simulation");
+  return job.feasible > 0 ? h("span", { class: "badge good" }, "Grasp found") : h("span", { class: "badge warn" }, "No feasible grasp");
+}
+
+function takeFile(file) {
+  find("#drop strong").textContent = file ? file.name : "Choose a mesh file, or drop it here";
+  find("#drop .hint").textContent = file ? `${(file.size / 1e6).toFixed(2)} MB` : "STL, OBJ, PLY, OFF or GLB";
+}
+
+function watchDrops() {
+  const drop = find("#drop");
+  form.elements.file.addEventListener("change", (event) => takeFile(event.target.files[0]));
+  for (const name of ["dragover", "dragleave", "drop"]) {
+    drop.addEventListener(name, (event) => {
+      event.preventDefault();
+      drop.classList.toggle("over", name === "dragover");
+      if (name === "drop" && event.dataTransfer.files.length) {
+        form.elements.file.files = event.dataTransfer.files;
+        takeFile(event.dataTransfer.files[0]);
+      }
+    });
+  }
+}
+
+async function startAgain() {
+  const job = await api.job(earlier);
+  object = job.object_id;
+  settings = job.request.planner;
+  show(find("#upload"), false);
+  show(find("#units"), false);
+  find("#again").textContent = `Plans ${job.object_name} again; change what you like and compare.`;
+  show(find("#again"));
+  for (const name of ["hand", "starts", "seed", "verified", "protocol"]) form.elements[name].value = job.request[name];
+  form.elements.verify_initial.checked = job.request.verify_initial;
+  form.elements.friction.value = job.request.planner.friction ?? 0.6;
+}
+
+async function start() {
+  watchDrops();
+  form.addEventListener("submit", submit);
+  find("#cancel").addEventListener("click", () => current && api.cancelJob(current.id).catch(report));
+  try {
+    const known = await api.hands();
+    form.elements.hand.append(...known.map((hand) => h("option", { value: hand.name }, hand.title)));
+    if (earlier) await startAgain();
+  } catch (error) {
+    report(error);
+  }
+}
+
+start();

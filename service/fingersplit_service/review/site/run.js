@@ -1,0 +1,224 @@
+// One run: outcome, recording, grasps, quality, times, reasons, verification, request and downloads.
+
+import * as api from "./api.js";
+import { qualityChart } from "./chart.js";
+import { card, facts, find, forgive, h, report, show } from "./dom.js";
+import { METRICS, duration, exact, number, sentence, standing, took, words } from "./format.js";
+import { invite } from "./recording.js";
+
+const FORMATS = {
+  isaac_grasp: "Isaac grasps",
+  moveit: "MoveIt, JSON",
+  moveit_yaml: "MoveIt, YAML",
+  dexgraspbench: "DexGraspBench",
+  multi_gripper_grasp: "MultiGripperGrasp",
+  dexgraspnet: "DexGraspNet",
+};
+const id = location.pathname.split("/").at(-1);
+const quality = h("div");
+const details = h("div");
+const downloads = h("ul", { class: "downloads" });
+
+async function load() {
+  let job = await api.job(id);
+  draw(job);
+  if (!api.hasEnded(job.state)) {
+    job = await api.follow(id, drawHead);
+    draw(job);
+  }
+}
+
+function draw(job) {
+  forgive();
+  drawHead(job);
+  find("#again").href = `/review/new?from=${id}`;
+  show(find("#run"));
+  const sections = find("#sections");
+  sections.replaceChildren();
+  if (job.error) sections.append(card("Why it failed", {}, h("p", {}, job.error.detail), h("p", { class: "hint" }, words(job.error.code))));
+  if (job.warnings?.length) sections.append(card("Warnings", {}, job.warnings.map((warning) => h("p", { class: "note" }, warning))));
+  if (job.result?.grasps.length) {
+    sections.append(
+      card("Grasps", { wide: true }, grasps(job)),
+      card("Quality over the search", {}, quality),
+      card("The chosen grasp", {}, details),
+      card("How the starts ended", {}, reasons(job.result)),
+      card("Where the time went", {}, times(job.result)),
+    );
+    select(job, job.result.grasps.find((grasp) => grasp.verification?.passed) ?? job.result.grasps[0]);
+  } else if (job.result) {
+    sections.append(card("How the starts ended", {}, reasons(job.result)));
+  }
+  sections.append(card("Downloads", {}, downloads), request(job));
+  if (!job.result?.grasps.length) offer(job, null);
+}
+
+function drawHead(job) {
+  document.title = `${job.object_name} · Fingersplit`;
+  find("h1").textContent = job.object_name;
+  const [kind, label] = standing(job);
+  const badge = find("#run .badge");
+  badge.className = `badge ${kind}`;
+  badge.textContent = label;
+  find(".lead").textContent = job.result?.summary.message ?? job.error?.detail ?? `${sentence(job.state)} since ${exact(job.started_at ?? job.created_at)}.`;
+  const result = job.result;
+  const tiles = [
+    ["Best Ferrari-Canny", h("span", {}, number(job.best_quality), h("small", {}, " N"))],
+    ["Feasible starts", result ? h("span", {}, result.summary.feasible, h("small", {}, ` of ${result.summary.started}`)) : "–"],
+    ["Held in simulation", result ? (job.request?.verified ? job.verified : h("small", {}, "not asked for")) : "–"],
+    ["Planning", duration(result?.timings_ms.total)],
+    ["In all", duration(took(job))],
+    ["Hand", h("span", {}, job.hand)],
+  ];
+  find(".tiles").replaceChildren(...tiles.map(([name, value]) => h("div", { class: "card tile" }, h("dt", {}, name), h("dd", {}, value))));
+}
+
+function grasps(job) {
+  const heads = ["Rank", "Feasible", "Ferrari-Canny", "Q", "Isotropy", "Volume", "Pad angle", "CPO / PPO", "Verified", "Ended"];
+  const numeric = new Set(["Ferrari-Canny", "Q", "Isotropy", "Volume", "Pad angle", "CPO / PPO"]);
+  const rows = job.result.grasps.map((grasp) => {
+    const choose = (event) => {
+      select(job, grasp);
+      if (event.detail) event.currentTarget.querySelector("button").focus();
+    };
+    const { metrics, iterations } = grasp;
+    const tilt = Math.max(...grasp.contacts.map((contact) => contact.pad_angle));
+    return h(
+      "tr",
+      { "data-rank": grasp.rank, "aria-selected": "false", on: { click: choose } },
+      h("td", {}, h("button", { type: "button", "aria-pressed": "false", "aria-label": `Show grasp ${grasp.rank}` }, String(grasp.rank))),
+      h("td", {}, h("span", { class: `badge ${grasp.feasible ? "good" : "warn"}` }, grasp.feasible ? "yes" : "no")),
+      ...[metrics.ferrari_canny, metrics.quality, metrics.isotropy, metrics.volume].map((value) => h("td", { class: "number" }, number(value))),
+      h("td", { class: "number" }, `${tilt.toFixed(2)} rad`),
+      h("td", { class: "number" }, `${iterations.cpo} / ${iterations.ppo}`),
+      h("td", {}, verdict(grasp.verification)),
+      h("td", {}, words(grasp.termination)),
+    );
+  });
+  return h(
+    "div",
+    { class: "scroll", tabindex: "0", role: "region", "aria-label": "Table of grasps" },
+    h(
+      "table",
+      { class: "grasps" },
+      h("caption", {}, "Ranked, best first. Choose one to see how it came about."),
+      h("thead", {}, h("tr", {}, heads.map((head) => h("th", { scope: "col", class: numeric.has(head) ? "number" : null }, head)))),
+      h("tbody", {}, rows),
+    ),
+  );
+}
+
+function verdict(verification) {
+  if (!verification) return "–";
+  return h("span", { class: `badge ${verification.passed ? "good" : "bad"}` }, verification.passed ? "held" : "not held");
+}
+
+async function select(job, grasp) {
+  for (const row of document.querySelectorAll(".grasps tbody tr")) {
+    const chosen = row.dataset.rank === String(grasp.rank);
+    row.setAttribute("aria-selected", chosen);
+    row.querySelector("button").setAttribute("aria-pressed", chosen);
+  }
+  details.replaceChildren(...graspDetails(grasp));
+  offer(job, grasp);
+  invite(job, grasp.rank);
+  try {
+    const curve = await api.curve(id, grasp.rank);
+    quality.replaceChildren(qualityChart([{ name: `Grasp ${grasp.rank}`, ...curve }], "Quality over the search"));
+  } catch (error) {
+    quality.replaceChildren(h("p", { class: "hint" }, error.message));
+  }
+}
+
+function graspDetails(grasp) {
+  const millimetres = (vector) => vector.map((value) => (1000 * value).toFixed(1)).join(", ");
+  const parts = [
+    h("p", {}, grasp.reason),
+    h("p", {}, h("strong", {}, sentence(grasp.termination)), `. ${grasp.advice}`),
+    grasp.violations.length ? h("ul", { class: "violations" }, grasp.violations.map((violation) => h("li", {}, violation))) : null,
+    facts([
+      ["Palm, mm", millimetres(grasp.palm.position)],
+      ["Palm, wxyz", grasp.palm.wxyz.map((value) => value.toFixed(4)).join(", ")],
+      ...METRICS.map(([name, label, unit]) => [label, `${number(grasp.metrics[name], 4)} ${unit}`]),
+      ["Q at the start", number(grasp.initial.quality, 4)],
+    ]),
+    more("Joints", table(["Joint", "rad", "deg"], Object.entries(grasp.joints).map(([name, angle]) => [name, angle.toFixed(4), ((angle * 180) / Math.PI).toFixed(1)]))),
+    more(
+      "Contacts",
+      table(
+        ["Finger", "Position, mm", "Gap, mm", "Tilt, rad", "Force, N"],
+        grasp.contacts.map((contact) => [contact.finger, millimetres(contact.position), (1000 * contact.residual).toFixed(3), contact.pad_angle.toFixed(3), contact.force ? number(Math.hypot(...contact.force)) : "–"]),
+      ),
+    ),
+    grasp.verification ? more("Verification", ...verificationReport(grasp.verification)) : null,
+  ];
+  return parts.filter(Boolean);
+}
+
+function verificationReport(verification) {
+  const { passed, protocol, reason, explanation, ...rest } = verification;
+  return [
+    h("p", {}, verdict(verification), ` ${sentence(protocol)}. ${explanation ?? words(reason ?? "")}`),
+    h("pre", { tabindex: "0" }, JSON.stringify(rest, null, 2)),
+  ];
+}
+
+const more = (title, ...body) => h("details", { open: title === "Verification" }, h("summary", {}, title), body);
+
+function table(heads, rows) {
+  return h(
+    "div",
+    { class: "scroll", tabindex: "0", role: "region", "aria-label": heads[0] },
+    h("table", {}, h("thead", {}, h("tr", {}, heads.map((head) => h("th", { scope: "col" }, head)))), h("tbody", {}, rows.map((row) => h("tr", {}, row.map((cell) => h("td", {}, cell)))))),
+  );
+}
+
+function bars(entries, text) {
+  const largest = Math.max(...entries.map(([, value]) => value), 1e-9);
+  return h("div", { class: "bars" }, entries.map(([name, value]) => h("div", { class: "bar" }, h("span", {}, sentence(name)), h("meter", { min: 0, max: largest, value, "aria-label": sentence(name) }), h("output", {}, text(value)))));
+}
+
+function reasons(result) {
+  const entries = Object.entries(result.summary.terminations).sort((a, b) => b[1] - a[1]);
+  return h("div", {}, h("p", { class: "hint" }, `${result.summary.started} starts were run.`), bars(entries, String));
+}
+
+function times(result) {
+  const { total, ...stages } = result.timings_ms;
+  return bars(Object.entries(stages), duration);
+}
+
+function request(job) {
+  const text = JSON.stringify(job.request, null, 2);
+  const copy = h("button", { type: "button", class: "quiet", on: { click: () => navigator.clipboard.writeText(text).then(() => (copy.textContent = "Copied")) } }, "Copy");
+  return card("Request", { actions: [copy] }, h("pre", { tabindex: "0", "aria-label": "Request as JSON" }, text));
+}
+
+function offer(job, grasp) {
+  const link = (label, href, name) => h("li", {}, h("a", { class: "button quiet", href, download: name || true }, label));
+  const files = [link("Result, JSON", api.links.result(id), `${job.object_name}.json`)];
+  if (grasp) {
+    const name = `${job.object_name}-grasp-${grasp.rank}`;
+    files.push(
+      link(`Recording of grasp ${grasp.rank}, rrd`, api.links.recording(id, grasp.rank), `${name}.rrd`),
+      link("Picture, PNG", api.links.picture(id, grasp.rank), `${name}.png`),
+      link("Moving picture, WebP", api.links.animation(id, grasp.rank), `${name}.webp`),
+    );
+  }
+  if (job.result?.summary.feasible) {
+    files.push(...Object.entries(FORMATS).map(([format, label]) => link(label, api.links.exported(id, format), "")));
+  }
+  downloads.replaceChildren(...files);
+}
+
+find("#delete").addEventListener("click", async () => {
+  if (!confirm("Delete this run with its pictures and recordings?")) return;
+  try {
+    await api.deleteJob(id);
+    location.assign("/review");
+  } catch (error) {
+    report(error);
+  }
+});
+
+load().catch(report);

@@ -1,0 +1,83 @@
+"""`fingersplit bench` as a user runs it: a small run on two objects, its files, and its errors."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from matplotlib.image import imread
+
+from fingersplit.objects.parametric import PARAMETRIC_OBJECTS
+from fingersplit_bench.report import FIGURES
+
+PROGRAM = Path(sys.executable).with_name("fingersplit")
+
+
+def run(*arguments: object, cwd: Path) -> subprocess.CompletedProcess[str]:
+    command = [str(PROGRAM), "bench", *map(str, arguments)]
+    return subprocess.run(command, cwd=cwd, capture_output=True, text=True, timeout=300)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory) -> Path:
+    folder = tmp_path_factory.mktemp("bench")
+    (folder / "objects").mkdir()
+    (folder / "empty").mkdir()
+    for name in ("sphere", "cylinder"):
+        PARAMETRIC_OBJECTS[name]().trimesh.export(folder / "objects" / f"{name}.ply")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def finished(folder) -> subprocess.CompletedProcess[str]:
+    return run("objects", "--json", "figures.json", "--report", "out", "--repeats", 1, "--starts", 4, cwd=folder)
+
+
+def test_report_and_pictures_are_written(finished, folder):
+    assert (finished.returncode, finished.stderr) == (0, "")
+    text = (folder / "out" / "report.md").read_text()
+    assert text in finished.stdout
+    titles = (
+        "Figures",
+        "Speed of the planner",
+        "Preparing objects",
+        "Parallel grasps",
+        "Verification",
+        "The JSON file",
+    )
+    for title in (*titles, "Table I:", "Table II:", "Table III:", "Beside published planners"):
+        assert f"# {title}" in text
+    for picture in ("quality_profile.png", "metrics.png"):
+        assert f"({picture})" in text
+        assert imread(folder / "out" / picture).shape[0] > 200
+    assert "/tmp" not in text
+
+
+def test_json_has_every_figure_of_the_sections(finished, folder):
+    document = json.loads((folder / "figures.json").read_text())
+    assert document == json.loads((folder / "out" / "report.json").read_text())
+    assert set(document["figures"]) == set(FIGURES)
+    for figure in document["figures"].values():
+        assert figure["low"] <= figure["high"]
+        assert figure["runs"] >= 1
+    assert document["run"].pop("cpu_share") > 0
+    assert document["run"] == {"objects": 2, "starts": 4, "repeats": 1}
+    assert {"two_threads", "ratio"} <= set(document["figures"]["starts_per_second"]["beside"])
+    assert {"ipopt_q", "default_q", "paper_q"} <= set(document["figures"]["ipopt_ratio"]["beside"])
+    assert [row["name"] for row in document["sections"]["planner"]["objects"]] == ["cylinder", "sphere"]
+    assert {row["object"] for row in document["sections"]["paper"]["cases"]} == {"cylinder", "sphere"}
+    assert document["left_out"] == {}
+
+
+def test_bad_input_is_exit_code_2_with_one_sentence(folder):
+    for arguments, sentence in (
+        (("objects", "--only", "speed"), "Error: Unknown section 'speed'; known sections: planner, paper"),
+        (("empty",), "Error: empty holds no mesh"),
+    ):
+        refused = run(*arguments, cwd=folder)
+        assert refused.returncode == 2
+        assert sentence in refused.stderr
+        assert refused.stderr.count("\n") == 1
+    assert run("nowhere", cwd=folder).returncode == 2
+    assert run("objects", "--repeats", 0, cwd=folder).returncode == 2

@@ -1,0 +1,128 @@
+"""A real service with the real planner, and pages in a real Chromium that may not ask for anything elsewhere."""
+
+import os
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from pathlib import Path
+from urllib.parse import urlsplit
+
+import pytest
+from playwright.sync_api import Browser, ConsoleMessage, Page, ViewportSize, sync_playwright
+
+from chromium import ensure_chromium
+from fingersplit_client import ApiError, Client, JobCreate, ServiceUnreachable
+from pages import LAPTOP, MUG
+
+REPOSITORY = Path(__file__).parents[2]
+SCREENSHOTS = REPOSITORY / "build" / "browser"
+FLAGS = ["--no-sandbox", "--disable-gpu", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+
+
+@pytest.fixture(scope="package")
+def service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    """Address of a service of one's own."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        port = probe.getsockname()[1]
+    folder = tmp_path_factory.mktemp("browser")
+    environment = {name: value for name, value in os.environ.items() if not name.startswith("FINGERSPLIT_")}
+    command = [
+        Path(sys.executable).with_name("fingersplit"),
+        "serve",
+        "--port",
+        str(port),
+        "--data-dir",
+        folder / "data",
+    ]
+    with (folder / "service.log").open("w") as log:
+        process = subprocess.Popen(command, env=environment, stdout=log, stderr=log)
+    url = f"http://127.0.0.1:{port}"
+    try:
+        _wait_until_ready(process, url)
+        yield url
+    finally:
+        process.terminate()
+        process.wait(30)
+
+
+def _wait_until_ready(process: "subprocess.Popen[bytes]", url: str) -> None:
+    end = time.monotonic() + 600  # with nothing compiled yet it takes minutes
+    with Client(url) as client:
+        while process.poll() is None and time.monotonic() < end:
+            try:
+                if client.ready():
+                    return
+            except (ServiceUnreachable, ApiError):
+                pass
+            time.sleep(0.5)
+    raise AssertionError("The service did not become ready.")
+
+
+@pytest.fixture(scope="package")
+def browser() -> Iterator[Browser]:
+    program = ensure_chromium()
+    with sync_playwright() as playwright:
+        chromium = playwright.chromium.launch(executable_path=program, args=FLAGS)
+        yield chromium
+        chromium.close()
+
+
+@pytest.fixture
+def visit(browser: Browser, service: str) -> Iterator[Callable[..., Page]]:
+    """Open a page of the service; at the end, nothing may have gone wrong in it, and nothing elsewhere been asked."""
+    with ExitStack() as stack:
+        faults: list[str] = []
+        own = urlsplit(service).netloc
+
+        def note(said: ConsoleMessage, tolerates: str | None) -> None:
+            if said.type == "error" and (tolerates is None or tolerates not in said.text):
+                faults.append(f"console: {said.text}")
+
+        def open_page(
+            path: str, *, size: ViewportSize = LAPTOP, scheme: str = "light", tolerates: str | None = None
+        ) -> Page:
+            context = browser.new_context(viewport=size, color_scheme=scheme, base_url=service)
+            stack.callback(context.close)
+            page = context.new_page()
+            page.set_default_timeout(60_000)
+            page.on("console", lambda said: note(said, tolerates))
+            page.on("pageerror", lambda error: faults.append(f"error: {error}"))
+            page.on("request", lambda asked: _elsewhere(asked.url, own) and faults.append(f"request: {asked.url}"))
+            page.goto(path)
+            return page
+
+        yield open_page
+        assert faults == []
+
+
+def _elsewhere(url: str, own: str) -> bool:
+    """Whether an address is not the service's; blobs and data are made by the page itself."""
+    parts = urlsplit(url)
+    return parts.scheme not in ("blob", "data") and parts.netloc != own
+
+
+@pytest.fixture
+def keep(request: pytest.FixtureRequest) -> Callable[..., None]:
+    """Keep a screenshot of a page below build/browser."""
+
+    def shoot(page: Page, name: str, *, full: bool = True) -> None:
+        SCREENSHOTS.mkdir(parents=True, exist_ok=True)
+        page.screenshot(path=SCREENSHOTS / f"{name}.png", full_page=full)
+
+    return shoot
+
+
+@pytest.fixture(scope="package")
+def runs(service: str) -> tuple[str, str]:
+    """Ids of two finished runs of the same mug, with different settings."""
+    with Client(service, timeout=120) as client:
+        mug = client.upload_object(MUG, unit="m", name="a mug")
+        jobs = [
+            client.create_job(JobCreate(object_id=mug.id, starts=starts, seed=1, planner={"friction": friction}))
+            for starts, friction in ((12, 0.6), (24, 0.8))
+        ]
+        return tuple(client.wait(job).id for job in jobs)

@@ -1,0 +1,56 @@
+"""Convex pieces: convex, close to the surface, the same every time, and whole through a cache."""
+
+import numpy as np
+import pytest
+import trimesh
+
+from fingersplit.objects.convex_pieces import HULL_VERTICES, ConvexPieces, close_holes, decompose
+from fingersplit.objects.mesh import Mesh
+from fingersplit.objects.parametric import PARAMETRIC_OBJECTS
+
+
+@pytest.mark.parametrize("name", ["l_bracket", "mug"])
+def test_pieces_are_convex_small_and_near_the_surface(name):
+    mesh = PARAMETRIC_OBJECTS[name]()
+    pieces = decompose(mesh, 32, 30_000)
+    assert pieces.method == "vhacdx"
+    assert 1 < len(pieces.pieces) <= 32
+    for vertices, faces in pieces.pieces:
+        assert len(vertices) <= HULL_VERTICES
+        body = trimesh.Trimesh(vertices, faces)
+        assert body.is_convex
+        assert body.volume > 0
+    points, _ = trimesh.sample.sample_surface(mesh.trimesh, 2000, seed=0)
+    assert np.abs(pieces.distance(points)).mean() < 1.5e-3
+
+
+def test_distance_is_that_of_the_solids():
+    box = decompose(PARAMETRIC_OBJECTS["box"]())
+    assert box.method == "convex_hull"
+    x = PARAMETRIC_OBJECTS["box"]().bounds[1, 0]
+    middle = PARAMETRIC_OBJECTS["box"]().bounds.mean(axis=0)
+    queries = np.array([middle, (x, middle[1], middle[2]), (x + 0.01, middle[1], middle[2])])
+    half = (PARAMETRIC_OBJECTS["box"]().extents / 2).min()
+    np.testing.assert_allclose(box.distance(queries), [-half, 0.0, 0.01], atol=1e-9)
+
+
+def test_same_mesh_same_pieces_and_arrays_bring_them_back():
+    mesh = PARAMETRIC_OBJECTS["l_bracket"]()
+    first, second = decompose(mesh, 16, 20_000), decompose(mesh, 16, 20_000)
+    restored = ConvexPieces.from_arrays(first.to_arrays())
+    assert first.method == restored.method
+    for pieces in (second, restored):
+        for one, other in zip(first.pieces, pieces.pieces, strict=True):
+            np.testing.assert_array_equal(one[0], other[0])
+            np.testing.assert_array_equal(one[1], other[1])
+
+
+def test_holes_are_closed():
+    whole = PARAMETRIC_OBJECTS["mug"]()
+    normals = whole.trimesh.face_normals
+    open_mesh = Mesh(whole.vertices, whole.faces[normals[:, 2] > -0.99])  # without its flat undersides
+    assert not open_mesh.watertight
+    vertices, faces = close_holes(open_mesh)
+    assert Mesh(vertices, faces).watertight
+    assert Mesh(vertices, faces).volume == pytest.approx(whole.volume, rel=0.02)
+    assert close_holes(whole)[1].shape == whole.faces.shape

@@ -1,0 +1,62 @@
+"""The scene and its simulation: kinematics as planned, instability noticed, torques limited."""
+
+import numpy as np
+import pytest
+
+from fingersplit.verification.controllers import load_controller
+from fingersplit.verification.grip import Grip
+from fingersplit.verification.scene import Scene
+from fingersplit.verification.simulation import run_squeeze
+
+
+@pytest.fixture
+def placed(planned, barrett):
+    plan, pieces = planned("box")
+    grasp = plan.grasps[0].run.final
+    scene = Scene.build(barrett, pieces)
+    scene.set_object(plan.model.mass, plan.model.center_of_mass, plan.model.inertia)
+    scene.set_friction(np.full(3, 0.6), 0.005)
+    scene.place(grasp)
+    return scene, grasp
+
+
+def test_hand_stands_where_the_grasp_has_it(placed):
+    scene, grasp = placed
+    np.testing.assert_allclose(scene.data.site_xpos[scene.grip_sites], grasp.fingertips, atol=1e-9)
+    np.testing.assert_allclose(scene.data.xpos[scene.palm_body], grasp.object_from_palm[:3, 3], atol=1e-12)
+
+
+def test_grip_site_jacobians_are_those_of_finite_differences(placed):
+    scene, grasp = placed
+    jacobians, step = scene.finger_jacobians(), 1e-6
+    for joint in range(len(grasp.joints)):
+        ends = []
+        for sign in (1, -1):
+            scene.set_joints(grasp.joints + sign * step * np.eye(len(grasp.joints))[joint])
+            ends.append(scene.data.site_xpos[scene.grip_sites].copy())
+        np.testing.assert_allclose((ends[0] - ends[1]) / (2 * step), jacobians[:, :, joint], atol=1e-7)
+
+
+def test_diverged_simulation_is_noticed(placed):
+    scene, grasp = placed
+    scene.data.qvel[-6:] = 1e12
+    grip = Grip(np.full(3, 5.0), np.zeros((3, 3)), 0.0)
+    assert not run_squeeze(scene, load_controller("virtual_frame"), grip, 0.1, grasp.normals).stable
+
+
+def test_joint_torques_stay_inside_their_limits(placed):
+    scene, grasp = placed
+    grip = Grip(np.full(3, 1e4), np.zeros((3, 3)), 0.0)
+    recording = run_squeeze(scene, load_controller("virtual_frame"), grip, 0.2, grasp.normals)
+    excess = np.abs(recording.torques) - scene.hand.torque_limits
+    assert excess.max() <= 1e-9
+    assert excess.max() > -1e-6  # the pull is far beyond what the joints have
+
+
+def test_copy_leaves_the_original_alone(placed):
+    scene, grasp = placed
+    before = scene.model.body_pos[scene.palm_body].copy()
+    moved = grasp.object_from_palm.copy()
+    moved[:3, 3] += 0.1
+    scene.copy().model.body_pos[scene.palm_body] = moved[:3, 3]
+    np.testing.assert_array_equal(scene.model.body_pos[scene.palm_body], before)

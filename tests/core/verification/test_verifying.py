@@ -1,0 +1,153 @@
+"""A simulation that can say no: what must hold holds, what must fall falls, and the numbers are physics."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fingersplit.errors import SettingsError
+from fingersplit.verification import verify
+from fingersplit.verification.controllers import load_controller
+from fingersplit.verification.protocols import available_protocols, load_protocol
+
+OBJECTS = ["box", "l_bracket"]
+
+
+@pytest.fixture
+def try_grasp(planned, barrett):
+    def run(name: str, protocol="lift", *, grasp=None, **options):
+        plan, pieces = planned(name)
+        return verify(grasp or plan.grasps[0].run.final, barrett, plan.model, pieces, protocol, **options)
+
+    return run
+
+
+@pytest.mark.parametrize("name", OBJECTS)
+@pytest.mark.parametrize("controller", ["virtual_frame", "squeeze"])
+def test_planned_grasp_is_lifted_and_its_contact_forces_carry_the_weight(try_grasp, planned, name, controller):
+    report = try_grasp(name, controller=controller)
+    assert (report.passed, report.reason) == (True, "held")
+    hold = report.branches[0].phases[-1]
+    weight = planned(name)[0].model.mass * 9.81
+    assert hold.load == pytest.approx((0, 0, -weight), abs=1e-9)
+    np.testing.assert_allclose(hold.contact_force, (0, 0, weight), atol=0.01 * weight)
+    assert hold.lost_contacts == ()
+    film = report.simulation
+    assert film.palm_positions[-1, 2] - film.palm_positions[0, 2] == pytest.approx(0.2, abs=1e-3)
+    assert film.object_positions[-1, 2] == pytest.approx(0.2, abs=0.02)
+    total = film.contact_forces[-1].sum(axis=0)
+    np.testing.assert_allclose(total, (0, 0, weight), atol=0.01 * weight)
+
+
+@pytest.mark.parametrize("name", ["box", "l_bracket", "wedge"])
+def test_slippery_hand_drops_every_object(try_grasp, planned, name):
+    """From all sides, since fingers below an object cradle it without friction; half a kilo, since the strongest grip
+    of three fingers, 45 N, would carry a light object even so.
+    """
+    for grasp in planned(name)[0].grasps:
+        assert not try_grasp(name, "gravity_six", grasp=grasp.run.final, friction=0.05, mass=0.5).passed
+
+
+@pytest.mark.parametrize("finger", range(3))
+def test_frictionless_finger_drops_the_object(try_grasp, finger):
+    friction = [0.6, 0.6, 0.6]
+    friction[finger] = 0.0
+    assert not try_grasp("box", "gravity_six", friction=friction).passed
+
+
+@pytest.mark.parametrize("name", OBJECTS)
+@pytest.mark.parametrize("sign", [1, -1])
+def test_grasp_moved_15_mm_off_fails(try_grasp, planned, name, sign):
+    grasp = planned(name)[0].grasps[0].run.final
+    moved = grasp.object_from_palm.copy()
+    moved[:3, 3] += sign * 0.015 * grasp.normals[2]
+    report = try_grasp(name, grasp=replace(grasp, object_from_palm=moved, fingertips=grasp.fingertips + moved[:3, 3]))
+    assert not report.passed
+
+
+def test_repeats_are_identical_whatever_came_before_and_on_any_number_of_threads(try_grasp, planned):
+    first = try_grasp("box", "six_direction")
+    try_grasp("box", "shake", grasp=planned("box")[0].grasps[1].run.final, friction=0.3, mass=1.0, controller="squeeze")
+    again = try_grasp("box", "six_direction", threads=2)
+    assert first.branches == again.branches
+    np.testing.assert_array_equal(first.simulation.object_positions, again.simulation.object_positions)
+
+
+@pytest.mark.parametrize("name", OBJECTS)
+def test_halved_time_step_changes_no_verdict(try_grasp, planned, name):
+    half = load_protocol("lift", {"time_step": 0.001})
+    for grasp in planned(name)[0].grasps:
+        assert try_grasp(name, grasp=grasp.run.final).passed == try_grasp(name, half, grasp=grasp.run.final).passed
+
+
+def test_what_the_hand_cannot_carry_is_lost_at_the_torque_limits(try_grasp, barrett):
+    report = try_grasp("box", mass=20.0)
+    assert report.reason == "joint_torque_saturated"
+    assert {joint for phase in report.branches[0].phases for joint in phase.saturated_joints} <= set(
+        barrett.joint_names
+    )
+
+
+def test_hand_inside_the_object_is_an_initial_penetration(try_grasp, planned):
+    grasp = planned("box")[0].grasps[0].run.final
+    inside = grasp.object_from_palm.copy()
+    inside[:3, 3] = planned("box")[0].model.center_of_mass
+    report = try_grasp("box", grasp=replace(grasp, object_from_palm=inside))
+    assert report.reason == "initial_penetration"
+    assert report.initial_penetration > 0.01
+    assert report.simulation is None
+
+
+def test_six_directions_are_six_branches_with_their_loads(try_grasp):
+    report = try_grasp("box", "six_direction")
+    assert report.passed
+    loads = np.array([branch.phases[0].load for branch in report.branches])
+    np.testing.assert_allclose(loads, np.repeat(np.eye(3), 2, axis=0) * np.tile([1, -1], 3)[:, None], atol=1e-12)
+    for branch in report.branches:
+        np.testing.assert_allclose(np.add(branch.phases[0].contact_force, branch.phases[0].load), 0, atol=0.01)
+    assert report.settings["mass"] == 0.1
+    assert len(report.simulation.phase_names) == 7
+
+
+@pytest.mark.parametrize("name", sorted(available_protocols()))
+def test_every_preset_runs_and_says_what_it_did(try_grasp, name):
+    report = try_grasp("box", name)
+    document = report.to_document()
+    assert document["protocol"] == name
+    assert document["simulator"].startswith("MuJoCo ")
+    assert document["settings"]["protocol"] == load_protocol(name).to_document()
+    assert len(document["branches"]) == len(load_protocol(name).branches)
+
+
+def test_palm_is_at_rest_before_and_after_every_motion():
+    times = np.linspace(0, 1, 2001)
+    for protocol in available_protocols().values():
+        for branch in protocol.branches:
+            for phase in branch.phases:
+                path = phase.motion(phase.duration * times)
+                steps = np.linalg.norm(np.diff(path, axis=0), axis=1)
+                assert np.linalg.norm(path[0]) < 1e-12
+                assert max(steps[0], steps[-1]) <= 0.01 * steps.max()
+
+
+@pytest.mark.parametrize(
+    ("call", "sentence"),
+    [
+        (lambda: load_protocol("drop"), "Unknown verification protocol 'drop'; known: gravity_six, lift, shake"),
+        (lambda: load_protocol("lift", {"hight": 0.1}), "Protocol 'lift' has no number 'hight'"),
+        (lambda: load_protocol("lift", {"height": 5.0}), "'height' of protocol 'lift' is 5.0; allowed: 0 to 1."),
+        (lambda: load_protocol("lift", {"height": "high"}), "'height' of protocol 'lift' is 'high'"),
+        (lambda: load_controller("magic"), "Unknown controller 'magic'; known: virtual_frame, squeeze."),
+        (lambda: load_controller("squeeze", {"stiffness": 1.0}), "Controller 'squeeze' has no number 'stiffness'"),
+        (lambda: load_controller("squeeze", {"give": 0.0}), "'give' of controller 'squeeze' is 0.0"),
+    ],
+)
+def test_bad_numbers_are_refused_with_what_would_be_right(call, sentence):
+    with pytest.raises(SettingsError, match=sentence.replace("(", r"\(")):
+        call()
+
+
+def test_bad_friction_and_mass_are_refused(try_grasp):
+    for options in ({"friction": -0.1}, {"friction": float("nan")}, {"mass": -1.0}, {"mass": float("inf")}):
+        with pytest.raises(SettingsError, match=next(iter(options))):
+            try_grasp("box", **options)

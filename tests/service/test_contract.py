@@ -1,0 +1,48 @@
+"""The description of the interface against the service, with requests that schemathesis makes up."""
+
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import httpx2
+import pytest
+from test_faults import serving
+
+CHECKS = ["not_a_server_error", "status_code_conformance", "content_type_conformance", "response_schema_conformance"]
+
+
+def check(http: httpx2.Client, folder: Path, cube: bytes, examples: int, phases: str) -> int:
+    """Send requests that the description allows, and some that it forbids; how many were sent."""
+    object_id = http.post("/v1/objects", files={"file": ("c.off", cube)}, data={"unit": "cm"}).json()["id"]
+    job = http.post("/v1/jobs", json={"object_id": object_id}, headers={"Prefer": "wait=20"}).json()
+    ids = {"path.object_id": object_id, "path.job_id": job["id"], "path.rank": 1}
+    lines = [f"{json.dumps(name)} = {json.dumps(value)}" for name, value in ids.items()]
+    keep = [  # what the other operations are asked about is not deleted
+        f'[[operations]]\ninclude-name = "DELETE {path}"\nparameters = {{ {name} = "unknown" }}\n'
+        for path, name in (("/v1/objects/{object_id}", '"path.object_id"'), ("/v1/jobs/{job_id}", '"path.job_id"'))
+    ]
+    (folder / "schemathesis.toml").write_text("\n".join(["[parameters]", *lines, *keep]))
+    url = str(http.base_url).rstrip("/")
+    program = [sys.executable, "-m", "schemathesis.cli", "run", f"{url}/openapi.json", "--url", url]
+    options = ["--checks", ",".join(CHECKS), "--phases", phases, "--max-examples", str(examples), "--seed", "1"]
+    limits = ["--request-timeout", "30", "--suppress-health-check", "all", "--no-color"]
+    ended = subprocess.run([*program, *options, *limits], cwd=folder, capture_output=True, text=True, check=False)
+    assert ended.returncode == 0, ended.stdout[-6000:] + ended.stderr[-2000:]
+    sent = re.search(r"(\d+) generated", ended.stdout)
+    assert sent, ended.stdout[-2000:]
+    return int(sent[1])
+
+
+def test_no_request_meets_a_fault_or_an_undocumented_answer(tmp_path, unused_port, cube):
+    with serving(tmp_path / "data", unused_port) as (process, http):
+        assert check(http, tmp_path, cube, 4, "examples,coverage,fuzzing") > 500
+        assert process.poll() is None
+
+
+@pytest.mark.campaign
+def test_ten_thousand_requests_in_sequences_meet_no_fault(tmp_path, unused_port, cube):
+    with serving(tmp_path / "data", unused_port) as (process, http):
+        assert check(http, tmp_path, cube, 250, "examples,coverage,fuzzing,stateful") > 10_000
+        assert process.poll() is None

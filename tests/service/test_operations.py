@@ -1,0 +1,198 @@
+"""What the service tells whoever operates it, and what it deletes."""
+
+import json
+import logging
+import os
+import sqlite3
+import subprocess
+import sys
+import time
+
+import anyio
+import pytest
+from fake_tasks import FINE, HANGS, RAISES, WAITS
+from prometheus_client.parser import text_string_to_metric_families
+from test_faults import children
+
+from fingersplit_service.operations.doctor import examine
+from fingersplit_service.operations.logs import configure_logs, log_context
+from fingersplit_service.operations.retention import Retention
+from fingersplit_service.settings import ServiceSettings
+
+pytestmark = pytest.mark.anyio
+
+
+async def metrics(api) -> dict[tuple[str, str], float]:
+    """Values by name and labels."""
+    families = text_string_to_metric_families((await api.http.get("/metrics")).text)
+    return {
+        (sample.name, ",".join(sample.labels.values())): sample.value
+        for family in families
+        for sample in family.samples
+    }
+
+
+async def test_metrics_count_what_happens(start, tmp_path):
+    async with start(tmp_path) as api:
+        await api.ended(await api.queue(FINE))
+        await api.ended(await api.queue(RAISES))
+        hanging = await api.queue(HANGS)
+        waiting = await api.queue(FINE)
+        await api.ended(hanging, ("running",))
+        found = await metrics(api)
+        assert found["fingersplit_jobs", "queued"] == 1
+        assert found["fingersplit_jobs", "running"] == 1
+        assert found["fingersplit_jobs_ended_total", "succeeded"] == 1
+        assert found["fingersplit_jobs_ended_total", "failed"] == 1
+        assert found["fingersplit_stage_seconds_count", "splitting"] == 1
+        assert found["fingersplit_verifications_total", "held"] == 1
+        assert found["fingersplit_workers", "busy"] == 1
+        assert found["fingersplit_requests_total", "POST,/v1/jobs,202"] == 4
+        await api.http.post(f"/v1/jobs/{hanging}/cancel")
+        await api.ended(waiting)
+        found = await metrics(api)
+        assert found["fingersplit_jobs_ended_total", "cancelled"] == 1
+        assert found["fingersplit_worker_restarts", ""] == 1
+
+
+async def test_a_spare_worker_takes_over_at_once(start, tmp_path):
+    async with start(tmp_path, spare_workers=1) as api:
+        with anyio.fail_after(30):
+            while len(api.app.state.runtime.engine._warm_slots) < 2:
+                await anyio.sleep(0.01)
+        hanging, next_job = await api.queue(HANGS), await api.queue(FINE)
+        await api.ended(hanging, ("running",))
+        assert (await api.job(next_job))["state"] == "queued"  # a spare worker does not work beside the others
+        await api.http.post(f"/v1/jobs/{hanging}/cancel")
+        began = time.monotonic()
+        await api.ended(next_job)
+        assert (await api.http.get("/readyz")).status_code == 200
+        assert time.monotonic() - began < 5
+
+
+async def test_a_worker_that_grows_is_replaced(start, tmp_path):
+    async with start(tmp_path, worker_recycle_bytes=1) as api:
+        before = children(os.getpid())
+        assert (await api.ended(await api.queue(FINE)))["state"] == "succeeded"
+        assert (await api.ended(await api.queue(FINE)))["state"] == "succeeded"
+        assert not set(before) <= set(children(os.getpid()))
+
+
+async def test_a_locked_database_loses_no_result(start, tmp_path):
+    async with start(tmp_path) as api:
+        job_id = await api.queue(WAITS)
+        await api.ended(job_id, ("running",))
+        stranger = sqlite3.connect(tmp_path / "fingersplit.sqlite3", isolation_level=None)
+        stranger.execute("BEGIN IMMEDIATE")
+        (tmp_path / "go").touch()
+        for _ in range(2):  # the second comes after the first attempt to keep the result
+            with anyio.fail_after(20):
+                response = await api.http.post("/v1/jobs", json={"object_id": await api.object_id()})
+        assert (response.status_code, response.json()["type"]) == (503, "urn:fingersplit:problem:storage-unavailable")
+        assert response.headers["Retry-After"]
+        stranger.execute("ROLLBACK")
+        stranger.close()
+        job = await api.ended(job_id)
+        assert (job["state"], job["attempts"]) == ("succeeded", 1)
+        assert "kept later" in job["warnings"][0]
+
+
+async def test_a_full_disk_refuses_new_jobs_and_keeps_old_ones(start, tmp_path):
+    async with start(tmp_path) as api:
+        done = await api.queue(FINE)
+        await api.ended(done)
+        connection = api.app.state.runtime.jobs._database._sqlite
+        (pages,) = connection.execute("PRAGMA page_count").fetchone()
+        connection.execute(f"PRAGMA max_page_count = {pages}")
+        body = {"object_id": await api.object_id(), "planner": {"friction": 0.5}}
+        statuses = {(await api.http.post("/v1/jobs", json=body)).status_code for _ in range(60)}
+        assert 503 in statuses
+        assert statuses <= {202, 503}
+        assert (await api.job(done))["state"] == "succeeded"
+        connection.execute("PRAGMA max_page_count = 1000000")
+        for job in (await api.http.get("/v1/jobs")).json()["items"]:
+            assert (await api.ended(job["id"]))["state"] == "succeeded"
+
+
+async def test_old_things_are_deleted(start, tmp_path):
+    async with start(tmp_path) as api:
+        runtime = api.app.state.runtime
+        job_id, object_id = await api.queue(FINE), await api.object_id()
+        await api.ended(job_id)
+        settings = ServiceSettings(data_dir=tmp_path, keep_jobs_s=200, keep_recordings_s=100, keep_objects_s=300)
+        retention = Retention(runtime.jobs, runtime.objects, runtime.storage, settings)
+        traces, mesh = runtime.storage.traces(job_id), runtime.storage.mesh(object_id)
+
+        await retention.sweep(time.time())
+        assert traces.exists()
+        await retention.sweep(time.time() + 150)
+        assert not traces.exists()
+        assert (await api.job(job_id))["state"] == "succeeded"
+        await retention.sweep(time.time() + 250)
+        assert (await api.http.get(f"/v1/jobs/{job_id}")).status_code == 404
+        assert mesh.exists()
+        await retention.sweep(time.time() + 350)
+        assert not mesh.exists()
+
+
+async def test_log_lines_say_what_they_are_about(capsys):
+    before = logging.getLogger().handlers[:]
+    try:
+        configure_logs("json", "info")
+        with log_context(request_id="r1"), log_context(job_id="j1"):
+            logging.getLogger("x").info("GET /\nforged %s", "line")
+        configure_logs("text", "info")
+        with log_context(job_id="j2"):
+            logging.getLogger("x").warning("two\nlines")
+    finally:
+        logging.getLogger().handlers[:] = before
+    first, second = capsys.readouterr().err.splitlines()
+    line = json.loads(first)
+    assert (line["request_id"], line["job_id"], line["level"]) == ("r1", "j1", "info")
+    assert "two\\nlines job_id=j2" in second
+
+
+async def test_traces_go_to_the_collector(tmp_path):
+    """In a process of its own, because a process has one tracer."""
+    program = """
+import http.server, threading, sys
+from fingersplit_service.operations.tracing import span, tracing
+got = []
+class Collector(http.server.BaseHTTPRequestHandler):
+    def do_POST(self):
+        got.append(self.rfile.read(int(self.headers["Content-Length"])))
+        self.send_response(200); self.end_headers()
+    def log_message(self, *arguments): pass
+server = http.server.HTTPServer(("127.0.0.1", 0), Collector)
+threading.Thread(target=server.serve_forever, daemon=True).start()
+with tracing(f"http://127.0.0.1:{server.server_port}/v1/traces"):
+    with span("job", job_id="j-17"):
+        pass
+assert b"j-17" in b"".join(got), got
+"""
+    ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60, check=False)
+    assert ended.returncode == 0, ended.stderr
+
+
+def test_the_doctor_finds_what_is_wrong(tmp_path, unused_port):
+    healthy = examine(ServiceSettings(data_dir=tmp_path, port=unused_port, workers=1))
+    assert [finding for finding in healthy if not finding.fine] == []
+    (tmp_path / "file").touch()
+    sick = examine(ServiceSettings(data_dir=tmp_path / "file" / "below", host="0.0.0.0", workers=10_000))
+    wrong = {finding.what for finding in sick if not finding.fine}
+    assert {"cores", "data directory"} <= wrong
+
+
+async def test_running_jobs_end_when_the_stop_leaves_them_time(start, tmp_path):
+    async with start(tmp_path, stop_grace_s=10) as api:
+        job_id = await api.queue(WAITS)
+        await api.ended(job_id, ("running",))
+        runtime = api.app.state.runtime
+        async with anyio.create_task_group() as group:
+            group.start_soon(runtime.dispatcher.stop)
+            await anyio.sleep(0.1)
+            (tmp_path / "go").touch()
+        assert (await api.job(job_id))["state"] == "succeeded"
+        later = await api.queue(FINE)
+        await anyio.sleep(0.2)
+        assert (await api.job(later))["state"] == "queued"
