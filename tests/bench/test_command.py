@@ -46,7 +46,7 @@ def test_report_and_pictures_are_written(finished, folder):
         "Verification",
         "The JSON file",
     )
-    for title in (*titles, "Table I:", "Table II:", "Table III:", "Beside published planners"):
+    for title in (*titles, "The JSON file", "Table I:", "Table II:", "Table III:", "Beside published planners"):
         assert f"# {title}" in text
     for picture in ("quality_profile.png", "metrics.png"):
         assert f"({picture})" in text
