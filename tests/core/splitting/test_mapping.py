@@ -92,13 +92,13 @@ def test_screened_choices_map_to_starts_whose_fingertips_reach(barrett, mujoco_b
     """Choice by choice, with the fingertips where MuJoCo has them."""
     problem, reached = problem_of(name), []
     for start in starts_of(name):
+        reached.append(math.inf)
         for preshape, standoff in start.choices.tolist():
             if preshape < 0:
                 continue
             ray = *start.contacts, start.parallel_grasp.approach
             cost, state = mapped(problem, barrett, *ray, only(preshape, standoff))
             if cost == math.inf:
-                reached.append(math.inf)
                 continue
             palm_rotation, palm_position = state.palm_rotation, state.palm_position
             mujoco_barrett.move(dict(zip(barrett.joint_names, state.joints[:8], strict=True)))
@@ -107,9 +107,9 @@ def test_screened_choices_map_to_starts_whose_fingertips_reach(barrett, mujoco_b
             targets = state.contacts[:3] + radii * state.normals[:3]
             gaps = np.linalg.norm(pads @ palm_rotation.T + palm_position - targets, axis=1)
             np.testing.assert_allclose(gaps, state.residuals[:3], atol=1e-12)
-            reached.append(gaps.max())
-    assert len(reached) >= 16
-    assert np.mean(np.array(reached) < 5e-3) > 0.9
+            assert gaps.max() <= OUT_OF_REACH
+            reached[-1] = min(reached[-1], gaps.max())
+    assert np.mean(np.array(reached) < 2e-3) > 0.9
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -140,7 +140,7 @@ def test_screening_finds_nearly_the_best_of_all_combinations(barrett, problem_of
         ]
         lost.append(mapped(problem, barrett, *ray, start.choices)[0] - min(costs))
     assert min(lost) >= 0
-    assert np.median(lost) < 0.5  # less than a pad tilted by 0.3 rad
+    assert np.median(lost) < 1.0  # less than one pad tilted by PAD_ANGLE_SCALE
 
 
 @pytest.mark.parametrize("name", NAMES)
