@@ -17,8 +17,6 @@ from fingersplit_bench.suite import Bench, Chapter, Figure
 
 __all__ = ["measure_verification", "verification_chapter", "verification_tables"]
 
-__all__ = ["measure_verification", "verification_tables"]
-
 FRICTION = 0.6
 FROGGER = (
     "FRoGGeR [Li2023] publishes 224 of 235 (95.3 %) picks that succeed on its spheres. Its share counts converged "
