@@ -21,8 +21,8 @@ __all__ = [
     "POSE",
     "POSE_FIELDS",
     "move_fingers",
+    "place_on_link",
     "place_shape",
-    "place_sphere",
 ]
 
 MAX_FINGERS, MAX_JOINTS, MAX_SHAPES, MAX_SPHERES = 5, 4, 32, 96
@@ -51,6 +51,8 @@ HAND = np.dtype(
         ("shape_rotations", np.float64, (MAX_SHAPES, 3, 3)),
         ("shape_positions", np.float64, (MAX_SHAPES, 3)),
         ("shape_sizes", np.float64, (MAX_SHAPES, 3)),
+        ("shape_radii", np.float64, MAX_SHAPES),
+        ("sphere_starts", np.int64, MAX_SHAPES + 1),
         ("sphere_shapes", np.int64, MAX_SPHERES),
         ("sphere_centers", np.float64, (MAX_SPHERES, 3)),
         ("sphere_radii", np.float64, MAX_SPHERES),
@@ -65,10 +67,11 @@ HAND = np.dtype(
 - ``pad_positions`` [m], ``pad_normals``, ``pad_radii`` [m]: spherical pad in the last link's frame, normal out of it.
 - ``lower``, ``upper`` (N,): joint limits [rad].
 - ``shape_kinds`` (see ``hands.shapes``), ``shape_fingers`` (-1 for the palm), ``shape_links`` (joint of that finger
-  whose link carries the shape), ``link_from_shape`` as ``shape_rotations`` and ``shape_positions`` [m], and
-  ``shape_sizes`` [m]: half sizes as in MJCF.
+  whose link carries the shape), ``link_from_shape`` as ``shape_rotations`` and ``shape_positions`` [m],
+  ``shape_sizes`` [m]: half sizes as in MJCF, and ``shape_radii`` [m] about the centre.
 - ``sphere_shapes``, ``sphere_centers`` [m] in the link frame, ``sphere_radii`` [m]: spheres that together enclose every
-  shape, those of one shape next to each other; with the radii ``sphere_insides`` [m] they lie inside it.
+  shape, those of shape k from ``sphere_starts[k]`` to the next one's; with the radii ``sphere_insides`` [m] they lie
+  inside it.
 """
 
 POSE_FIELDS = [
@@ -132,20 +135,17 @@ def _turn(previous, rotation, angle, out):
 def place_shape(hand, pose, shape, rotation):
     """``object_from_shape`` of a collision shape: its rotation into ``rotation`` (3, 3), its centre [m] returned."""
     finger, link = hand.shape_fingers[shape], hand.shape_links[shape]
-    local = get(hand.shape_positions, shape)
     if finger < 0:
         _turn(pose.palm_rotation, hand.shape_rotations[shape], 0.0, rotation)
-        return add(vector(pose.palm_position), rotate(pose.palm_rotation, local))
-    _turn(pose.link_rotations[finger, link], hand.shape_rotations[shape], 0.0, rotation)
-    return add(get(pose.link_positions[finger], link), rotate(pose.link_rotations[finger, link], local))
+    else:
+        _turn(pose.link_rotations[finger, link], hand.shape_rotations[shape], 0.0, rotation)
+    return place_on_link(hand, pose, shape, get(hand.shape_positions, shape))
 
 
 @kernel
-def place_sphere(hand, pose, sphere):
-    """Centre [m] of a covering sphere in the frame of ``pose``."""
-    shape = hand.sphere_shapes[sphere]
+def place_on_link(hand, pose, shape, local):
+    """A point of the link that carries a shape, such as a covering sphere's centre, in the frame of ``pose`` [m]."""
     finger, link = hand.shape_fingers[shape], hand.shape_links[shape]
-    local = get(hand.sphere_centers, sphere)
     if finger < 0:
         return add(vector(pose.palm_position), rotate(pose.palm_rotation, local))
     return add(get(pose.link_positions[finger], link), rotate(pose.link_rotations[finger, link], local))

@@ -7,7 +7,7 @@ import mujoco
 import numpy as np
 
 from fingersplit.hands.kernel import HAND, MAX_FINGERS, MAX_JOINTS, MAX_SHAPES, MAX_SPHERES
-from fingersplit.hands.shapes import covering_spheres
+from fingersplit.hands.shapes import bounding_radius, covering_spheres
 from fingersplit.transforms import pose_matrix, rotation_from_wxyz, rotation_to_axis, transform_points
 
 __all__ = ["HandModel", "read_mjcf"]
@@ -101,13 +101,14 @@ def _set_shape(hand: np.record, k: int, kind: int, size: np.ndarray, link_from_s
     hand.shape_kinds[k], hand.shape_sizes[k] = kind, size
     hand.shape_rotations[k], hand.shape_positions[k] = link_from_shape[:3, :3], link_from_shape[:3, 3]
     centers, radius, inside = covering_spheres(kind, size)
+    hand.shape_radii[k] = bounding_radius(kind, size)
     first, last = hand.sphere_count, hand.sphere_count + len(centers)
     if last > MAX_SPHERES:
         raise ValueError(f"{path}: its shapes need more than the {MAX_SPHERES} spheres the kernels are built for.")
     hand.sphere_shapes[first:last] = k
     hand.sphere_radii[first:last], hand.sphere_insides[first:last] = radius, inside
     hand.sphere_centers[first:last] = transform_points(link_from_shape, centers)
-    hand.sphere_count = last
+    hand.sphere_count = hand.sphere_starts[k + 1] = last
 
 
 def _chain(model: mujoco.MjModel, last: int, palm: int) -> list[int]:

@@ -13,6 +13,7 @@ __all__ = [
     "CAPSULE",
     "CYLINDER",
     "SPHERE",
+    "bounding_radius",
     "covering_spheres",
     "shape_distance",
     "shape_distance_gradient",
@@ -80,6 +81,15 @@ def shape_distance_gradient(kind, size, point):
 def _unit(x, y, z):
     length = math.sqrt(x * x + y * y + z * z)
     return (x / length, y / length, z / length) if length > 0.0 else (1.0, 0.0, 0.0)
+
+
+def bounding_radius(kind: int, size: NDArray[np.float64]) -> float:
+    """Radius [m] of the sphere about a shape's centre that encloses it."""
+    if kind == SPHERE:
+        return float(size[0])
+    if kind == CAPSULE:
+        return float(size[0] + size[1])
+    return float(np.linalg.norm(size[:2] if kind == CYLINDER else size))
 
 
 def covering_spheres(kind: int, size: NDArray[np.float64]) -> tuple[NDArray[np.float64], float, NDArray[np.float64]]:

@@ -22,6 +22,9 @@ TARGET_SAMPLES = 30_000
 SMALLEST_SPACING = 0.4e-3
 """[m]; small objects get fewer samples rather than closer ones."""
 
+SMALLEST_CELL = 3.5e-3
+"""[m]; queries come from pad centres, a pad's radius away, and would visit too many smaller cells."""
+
 PACKING = 0.52
 """Samples that thinning leaves on an area of spacing^2, with ``CANDIDATES_PER_SAMPLE`` to choose from."""
 CANDIDATES_PER_SAMPLE = 6
@@ -53,7 +56,7 @@ def sample_surface(mesh: Mesh) -> Surface:
     candidates, faces = scatter(mesh, count, np.random.default_rng(0))
     kept = thin_evenly(candidates, spacing)
     radius = 2.5 * spacing
-    grid, order = build_grid(candidates[kept], radius)
+    grid, order = build_grid(candidates[kept], max(radius, SMALLEST_CELL))
     triangles = mesh.vertices[mesh.faces[faces[kept][order]]]
     flat_normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     flat_normals /= np.linalg.norm(flat_normals, axis=1, keepdims=True)

@@ -3,7 +3,7 @@
 import math
 
 from fingersplit.compilation import kernel
-from fingersplit.hands.kernel import place_shape, place_sphere
+from fingersplit.hands.kernel import place_on_link, place_shape
 from fingersplit.hands.shapes import shape_distance, shape_distance_gradient
 from fingersplit.objects.grid import cell_range
 from fingersplit.objects.signed_distance import least_distance, rough_distance
@@ -12,7 +12,7 @@ from fingersplit.vectors import add, cross, get, norm, put, rotate, rotate_back,
 
 __all__ = ["RANGE", "measure_clearances", "refined_penetration", "rough_penetration"]
 
-RANGE = 4e-3
+RANGE = 2.5e-3
 """[m]; a link farther from the object has no clearance to speak of."""
 
 DIRECTIONS = 8
@@ -39,26 +39,27 @@ def measure_clearances(hand, state, grid, distance, rotation):
         distance: ``DistanceGrid`` of the object.
         rotation: Scratch, (3, 3).
     """
-    deepest, sphere = 0.0, 0
+    state.penetration = 0.0
     for shape in range(hand.shape_count):
-        nearest, point, placed, center = RANGE, -1, False, (0.0, 0.0, 0.0)
-        while sphere < hand.sphere_count and hand.sphere_shapes[sphere] == shape:
-            middle, radius = place_sphere(hand, state, sphere), hand.sphere_radii[sphere] + RANGE
+        state.clearances[shape] = math.inf
+        center = place_on_link(hand, state, shape, get(hand.shape_positions, shape))
+        if least_distance(distance, center) > hand.shape_radii[shape] + RANGE:
+            continue
+        place_shape(hand, state, shape, rotation)
+        kind, size = hand.shape_kinds[shape], hand.shape_sizes[shape]
+        nearest, point = RANGE, -1
+        for sphere in range(hand.sphere_starts[shape], hand.sphere_starts[shape + 1]):
+            middle = place_on_link(hand, state, shape, get(hand.sphere_centers, sphere))
+            radius = hand.sphere_radii[sphere] + RANGE
             if least_distance(distance, middle) < radius:
-                if not placed:
-                    placed, center = True, place_shape(hand, state, shape, rotation)
-                kind, size = hand.shape_kinds[shape], hand.shape_sizes[shape]
                 nearest, point = _nearest_to_shape(kind, size, rotation, center, grid, middle, radius, nearest, point)
-            sphere += 1
-        state.clearances[shape] = nearest if point >= 0 else math.inf
         if point >= 0:
             met = get(grid.points, point)
             local = rotate_back(rotation, subtract(met, center))
-            gradient = shape_distance_gradient(hand.shape_kinds[shape], hand.shape_sizes[shape], local)
+            state.clearances[shape] = nearest
             put(state.clearance_points, shape, met)
-            put(state.clearance_normals, shape, rotate(rotation, gradient))
-            deepest = max(deepest, -nearest)
-    state.penetration = deepest
+            put(state.clearance_normals, shape, rotate(rotation, shape_distance_gradient(kind, size, local)))
+            state.penetration = max(state.penetration, -nearest)
 
 
 @kernel
@@ -66,8 +67,8 @@ def rough_penetration(hand, pose, distance):
     """About how deep the hand is in the object [m], from spheres inside its links: cheap, and right to a few mm."""
     deepest = 0.0
     for sphere in range(hand.sphere_count):
-        depth = hand.sphere_insides[sphere] - rough_distance(distance, place_sphere(hand, pose, sphere))
-        deepest = max(deepest, depth)
+        middle = place_on_link(hand, pose, hand.sphere_shapes[sphere], get(hand.sphere_centers, sphere))
+        deepest = max(deepest, hand.sphere_insides[sphere] - rough_distance(distance, middle))
     return deepest
 
 
@@ -78,17 +79,21 @@ def refined_penetration(hand, pose, surface, distance, rotation):
     In each shape the deepest sample climbs along the surface to the deepest point about it, by a pattern search.
     Arguments as ``measure_clearances``.
     """
-    deepest, sphere = 0.0, 0
+    deepest = 0.0
     for shape in range(hand.shape_count):
         kind, size = hand.shape_kinds[shape], hand.shape_sizes[shape]
         nearest, sample, center = 0.0, -1, place_shape(hand, pose, shape, rotation)
-        while sphere < hand.sphere_count and hand.sphere_shapes[sphere] == shape:
-            middle, radius = place_sphere(hand, pose, sphere), hand.sphere_radii[sphere]
+        if least_distance(distance, center) > hand.shape_radii[shape]:
+            continue
+        for sphere in range(hand.sphere_starts[shape], hand.sphere_starts[shape + 1]):
+            middle, radius = (
+                place_on_link(hand, pose, shape, get(hand.sphere_centers, sphere)),
+                hand.sphere_radii[sphere],
+            )
             if least_distance(distance, middle) < radius:
                 nearest, sample = _nearest_to_shape(
                     kind, size, rotation, center, surface.grid, middle, radius, nearest, sample
                 )
-            sphere += 1
         depth = -nearest
         if depth > LEAST_REFINED:
             depth = _climb(kind, size, rotation, center, surface, depth, sample)

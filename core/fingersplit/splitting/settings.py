@@ -65,7 +65,7 @@ class PlannerSettings:
     contact_tolerance: float = _setting(0.3e-3, "m", "Most between fingertip and surface in a grasp.", 1e-6, 0.01)
     penetration_tolerance: float = _setting(1e-3, "m", "Most that a link may lie inside the object.", 0.0, 0.01)
     potentials: bool = _setting(True, "", "Push links, pads and joints away from their limits.", 0, 1, paper=False)
-    clearance_margin: float = _setting(2e-3, "m", "Links nearer to the object are pushed away.", 0.0, 4e-3)
+    clearance_margin: float = _setting(2e-3, "m", "Links nearer to the object are pushed away.", 0.0, 2.5e-3)
     clearance_weight: float = _setting(300.0, "1/m^2", "Weight of the clearance potential.", 0.0, 1e6, paper=0.0)
     soft_pad_angle: float = _setting(0.35, "rad", "Pads tilted more are turned back.", 0.0, math.pi)
     pad_angle_weight: float = _setting(0.05, "1/rad^2", "Weight of the pad angle potential.", 0.0, 1e3, paper=0.0)

@@ -12,6 +12,7 @@ from fingersplit.hands.shapes import (
     CAPSULE,
     CYLINDER,
     SPHERE,
+    bounding_radius,
     covering_spheres,
     shape_distance,
     shape_distance_gradient,
@@ -162,6 +163,15 @@ def test_spheres_of_the_inside_radius_lie_inside_the_shape(kind, seed):
     assert 0 < insides.max() <= radius
     within = insides > 0
     assert (distance(kind, centers[within], size) <= -insides[within] * (1 - 1e-12)).all()
+
+
+@KINDS
+def test_bounding_sphere_encloses_and_touches(kind):
+    points = surface_points(kind, 5_000, np.random.default_rng(3))
+    farthest = np.linalg.norm(points, axis=1).max()
+    radius = bounding_radius(kind, SIZES[kind])
+    assert farthest <= radius + 1e-15
+    assert farthest >= 0.97 * radius
 
 
 @KINDS

@@ -9,13 +9,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fingersplit.hands.kernel import move_fingers
+from fingersplit.splitting.collision import RANGE
 from fingersplit.splitting.potential import add_penalty_gradient, penalty
 from fingersplit.splitting.state import Problem, evaluate, measure_collision, new_states, new_work
 from fingersplit.splitting.trace import CPO
 from fingersplit.transforms import pose_matrix
 
 seeds = st.integers(0, 2**32 - 1)
-WIDE = {"clearance_margin": 4e-3, "soft_pad_angle": 0.1, "joint_limit_margin": 0.3}
+WIDE = {"clearance_margin": RANGE, "soft_pad_angle": 0.1, "joint_limit_margin": 0.3}
 """Settings under which every potential acts on about half of the states."""
 NAMES = ("box", "mug", "sphere")
 
@@ -109,7 +110,7 @@ def test_differences_mostly_keep_the_nearest_points_and_links_of_every_kind_are_
         problem = problem_of(name, **WIDE)
         state = measured(problem, near_state(np.random.default_rng(seed), name))
         kept += [same_nearest_points(state, measured(problem, state, joints=turn)) for turn in 1e-6 * np.eye(8)]
-        near += state.clearances[: near.size] < 4e-3
+        near += state.clearances[: near.size] < RANGE
     assert np.mean(kept) > 0.9
     met = {shape for shape, count in zip(barrett.shape_names, near, strict=True) if count}
     assert {"knuckle", "proximal", "distal", "nose"} <= {shape.split("_")[-1] for shape in met}
@@ -120,7 +121,7 @@ def test_sum_is_that_of_the_definition(barrett, problem_of, near_state, seed, na
     problem = problem_of(name, **WIDE)
     state, expected = measured(problem, near_state(np.random.default_rng(seed), name)), 0.0
     for k, shape in enumerate(barrett.shape_names):
-        margin = 0.0 if shape.endswith(("_distal", "_nose")) else 4e-3  # these carry the pads and may touch
+        margin = 0.0 if shape.endswith(("_distal", "_nose")) else RANGE  # these carry the pads and may touch
         expected += 300.0 * max(margin - state.clearances[k], 0.0) ** 2
     expected += 0.05 * (np.maximum(state.pad_angles[:3] - 0.1, 0) ** 2).sum()
     share = (state.joints[:8] - barrett.lower) / (barrett.upper - barrett.lower)

@@ -11,7 +11,7 @@ from fingersplit.objects.parametric import PARAMETRIC_OBJECTS
 from fingersplit.splitting.run import Run
 from fingersplit.splitting.settings import FIDELITIES, PlannerSettings
 from fingersplit.splitting.starts import choose_starts, split_starts
-from fingersplit.splitting.state import evaluate, measure_collision, new_states, new_work
+from fingersplit.splitting.state import STATE, evaluate, measure_collision, new_states, new_work
 from fingersplit.splitting.termination import Termination
 from fingersplit.splitting.trace import CPO, MAP, PHASE_NAMES, PPO, SETTLE
 
@@ -237,10 +237,13 @@ def test_time_is_told_by_stage(runs_of, name):
 
 
 def assert_same_runs(these, those):
+    """Bit for bit, but for where nearest points of links that are far from the object were last seen."""
     assert len(these) == len(those) > 0
     for this, that in zip(these, those, strict=True):
-        assert this.first.tobytes() == that.first.tobytes()
-        assert this.last.tobytes() == that.last.tobytes()
+        for one, other in ((this.first, that.first), (this.last, that.last)):
+            for name in STATE.names:
+                near = one.clearances < np.inf if name in ("clearance_points", "clearance_normals") else ...
+                np.testing.assert_array_equal(one[name][near], other[name][near], err_msg=name)
         for name in ("cost", "end", "rounds", "cpo", "ppo"):
             assert getattr(this.outcome, name) == getattr(that.outcome, name)
 
@@ -293,7 +296,8 @@ def test_line_search_never_gains_less_than_the_full_step(runs_of):
     """Where two runs from one start part in a CPO step, the searched step raises Q at least as much."""
     compared = 0
     for name in NAMES:
-        for full, searched in zip(runs_of(name), runs_of(name, line_search=True), strict=True):
+        paper, searching = runs_of(name, fidelity="paper"), runs_of(name, fidelity="paper", line_search=True)
+        for full, searched in zip(paper, searching, strict=True):
             common = min(len(full.trace), len(searched.trace))
             rises = [run.trace.scores[:common, QUALITY] for run in (full, searched)]
             parted = np.flatnonzero(rises[0] != rises[1])

@@ -1,4 +1,4 @@
-"""Planner settings: the paper's defaults, and what is refused."""
+"""Planner settings: the paper's values, what a fidelity fills in, and what is refused."""
 
 import dataclasses
 import math
@@ -6,11 +6,13 @@ import math
 import pytest
 
 from fingersplit.errors import SettingsError
-from fingersplit.splitting.settings import PlannerSettings
+from fingersplit.splitting.collision import RANGE
+from fingersplit.splitting.settings import FIDELITIES, PlannerSettings
 
 
-def test_defaults_are_those_of_the_paper():
-    settings = PlannerSettings()
+def test_paper_fidelity_has_the_values_of_the_paper():
+    settings = PlannerSettings.of("paper")
+    assert settings.fidelity == "paper"
     assert (settings.object_weight, settings.hand_weight) == (1.0, 0.01)
     assert (settings.time_step, settings.cpo_gain, settings.ppo_gain) == (0.05, 2.0, 2.0)
     assert (settings.cpo_trust_region, settings.ppo_trust_region) == (0.15, 0.5)
@@ -20,26 +22,58 @@ def test_defaults_are_those_of_the_paper():
     assert settings.line_search is False
 
 
-def test_document_round_trip():
-    settings = PlannerSettings(friction=0.3, line_search=True, max_outer_iterations=7)
+def test_paper_fidelity_knows_no_potentials_and_one_step_length():
+    settings = PlannerSettings.of("paper")
+    assert settings.potentials is False
+    assert (settings.clearance_weight, settings.pad_angle_weight, settings.joint_limit_weight) == (0.0, 0.0, 0.0)
+    assert (settings.trust_region_growth, settings.trust_region_shrink) == (1.0, 0.0)
+    assert settings.least_round_increase == 0.0
+
+
+def test_what_a_feasible_grasp_is_does_not_depend_on_the_fidelity():
+    paper, default = PlannerSettings.of("paper"), PlannerSettings()
+    for name in ("pad_angle_limit", "contact_tolerance", "penetration_tolerance", "friction", "object_weight", "hand_weight"):
+        assert getattr(paper, name) == getattr(default, name)
+
+
+@pytest.mark.parametrize("fidelity", FIDELITIES)
+def test_fidelity_fills_in_what_is_not_given(fidelity):
+    assert PlannerSettings.from_document({"fidelity": fidelity}) == PlannerSettings.of(fidelity)
+    changed = PlannerSettings.from_document({"fidelity": fidelity, "friction": 0.3, "max_inner_iterations": 7})
+    assert changed == dataclasses.replace(PlannerSettings.of(fidelity), friction=0.3, max_inner_iterations=7)
+    assert changed != PlannerSettings.of(fidelity)
+
+
+def test_default_is_the_default():
+    assert PlannerSettings.of("default") == PlannerSettings() == PlannerSettings.from_document({})
+
+
+@pytest.mark.parametrize("fidelity", FIDELITIES)
+def test_document_round_trip(fidelity):
+    settings = PlannerSettings.of(fidelity, friction=0.3, line_search=True, max_outer_iterations=7)
     assert PlannerSettings.from_document(settings.to_document()) == settings
-    assert PlannerSettings.from_document({}) == PlannerSettings()
     assert PlannerSettings.from_document({"friction": 1}).friction == 1.0
 
 
 def test_every_setting_states_unit_range_and_meaning():
-    for setting in dataclasses.fields(PlannerSettings):
+    fidelity, *tunable = dataclasses.fields(PlannerSettings)
+    assert fidelity.metadata["doc"].endswith(".")
+    for setting in tunable:
         assert setting.metadata["doc"].endswith(".")
         assert isinstance(setting.metadata["unit"], str)
-        assert setting.metadata["low"] <= setting.default <= setting.metadata["high"]
+        for value in (setting.default, setting.metadata["paper"]):
+            assert setting.metadata["low"] <= value <= setting.metadata["high"]
+            assert type(value) is type(setting.default)
 
 
 def test_kernels_get_the_same_values_in_their_types():
-    settings = PlannerSettings(friction=1, max_inner_iterations=9)
+    settings = PlannerSettings(friction=1, max_inner_iterations=9, line_search=True)
     compiled = settings.for_kernels()
-    assert compiled._asdict() == settings.to_document()
-    for setting in dataclasses.fields(PlannerSettings):
-        assert type(getattr(compiled, setting.name)) is type(setting.default)
+    document = settings.to_document()
+    assert document.pop("fidelity") == "default"
+    assert {name: compiled[name].item() for name in compiled.dtype.names} == document
+    for setting in dataclasses.fields(PlannerSettings)[1:]:
+        assert type(compiled[setting.name].item()) is type(setting.default)
 
 
 @pytest.mark.parametrize(
@@ -57,9 +91,18 @@ def test_kernels_get_the_same_values_in_their_types():
         ({"friction": math.inf}, r"'friction' is inf; allowed"),
         ({"max_outer_iterations": 0}, r"'max_outer_iterations' is 0; allowed: 1 to"),
         ({"pad_angle_limit": 3.2}, r"'pad_angle_limit' is 3.2; allowed: 0 to"),
+        ({"fidelity": "best"}, r"'fidelity' is 'best'; allowed: default, paper"),
+        ({"fidelity": "Paper", "friction": 0.5}, r"'fidelity' is 'Paper'; allowed"),
+        ({"potentials": 1}, r"'potentials' must be true or false, got 1"),
+        ({"clearance_margin": 0.01}, r"'clearance_margin' is 0.01; allowed: 0 to"),
         ({"time_step": 10**400}, r"'time_step' is 1000+; allowed"),
     ],
 )
 def test_refused(document, message):
     with pytest.raises(SettingsError, match=message):
         PlannerSettings.from_document(document)
+
+
+def test_links_are_pushed_only_where_their_clearance_is_measured():
+    margin = PlannerSettings.__dataclass_fields__["clearance_margin"]
+    assert margin.default <= margin.metadata["high"] <= RANGE
