@@ -82,8 +82,11 @@ def ferrari_canny(space: WrenchSpace) -> float:
     The radius of the largest ball about the origin inside the convex hull of all cone-edge wrenches; 0 without force
     closure. Exact for the inscribed cones of ``CONE_EDGES`` edges.
     """
-    try:
-        hull = ConvexHull(space.cone_wrenches())
-    except QhullError:  # wrenches that span no six-dimensional volume close no grasp
-        return 0.0
-    return max(0.0, float(-hull.equations[:, -1].max()))
+    wrenches = space.cone_wrenches()
+    for options in ("Q0", "Qx"):  # without merging facets three times as fast, where rounding allows it
+        try:
+            hull = ConvexHull(wrenches, qhull_options=options)
+        except QhullError:  # wrenches that span no six-dimensional volume close no grasp
+            continue
+        return max(0.0, float(-hull.equations[:, -1].max()))
+    return 0.0
