@@ -1,5 +1,6 @@
 """Subcommands about recordings: make one from a stored result, look at one, set up the viewer of the web pages."""
 
+import os
 import subprocess
 import sys
 from dataclasses import replace
@@ -58,12 +59,15 @@ def review(
     recording: Annotated[Path, typer.Argument(help="Recording, .rrd.", exists=True, dir_okay=False)],
 ) -> None:
     """Open a recording in rerun's viewer; without a display, look at it in the browser under /review."""
+    # The viewer itself ends without an error where it finds no display.
+    if sys.platform == "linux" and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+        raise ViewerError(
+            "rerun's viewer needs a display, and neither DISPLAY nor WAYLAND_DISPLAY is set. "
+            "`fingersplit serve` shows recordings in the browser, under /review."
+        )
     viewer = subprocess.run([sys.executable, "-m", "rerun_cli", str(recording)], check=False)
     if viewer.returncode != 0:
-        raise ViewerError(
-            f"rerun's viewer ended with code {viewer.returncode}; it needs a display. "
-            f"`fingersplit serve` shows recordings in the browser, under /review."
-        )
+        raise ViewerError(f"rerun's viewer ended with code {viewer.returncode}.")
 
 
 def setup_viewer() -> None:

@@ -14,8 +14,9 @@ import pytest
 from playwright.sync_api import Browser, ConsoleMessage, Page, ViewportSize, sync_playwright
 
 from chromium import ensure_chromium
+from fingersplit.objects.parametric import PARAMETRIC_OBJECTS
 from fingersplit_client import ApiError, Client, JobCreate, ServiceUnreachable
-from pages import LAPTOP, MUG
+from pages import LAPTOP
 
 REPOSITORY = Path(__file__).parents[2]
 SCREENSHOTS = REPOSITORY / "build" / "browser"
@@ -117,12 +118,14 @@ def keep(request: pytest.FixtureRequest) -> Callable[..., None]:
 
 
 @pytest.fixture(scope="package")
-def runs(service: str) -> tuple[str, str]:
-    """Ids of two finished runs of the same mug, with different settings."""
+def runs(service: str, tmp_path_factory: pytest.TempPathFactory) -> tuple[str, str]:
+    """Ids of two finished runs of the same can, with different settings."""
+    can = tmp_path_factory.mktemp("meshes") / "can.ply"
+    PARAMETRIC_OBJECTS["cylinder"]().trimesh.export(can)
     with Client(service, timeout=120) as client:
-        mug = client.upload_object(MUG, unit="m", name="a mug")
+        uploaded = client.upload_object(can, unit="m", name="a can")
         jobs = [
-            client.create_job(JobCreate(object_id=mug.id, starts=starts, seed=1, planner={"friction": friction}))
+            client.create_job(JobCreate(object_id=uploaded.id, starts=starts, seed=1, planner={"friction": friction}))
             for starts, friction in ((12, 0.6), (24, 0.8))
         ]
         return tuple(client.wait(job).id for job in jobs)

@@ -9,7 +9,7 @@ const KEYS = ["first", "second"];
 
 // series: [{ name, quality, phases }], at most two; phases are shaded when there is one.
 export function qualityChart(series, label, wide = false) {
-  const size = wide ? WIDE : NARROW;
+  const size = wide && innerWidth > NARROW.width ? WIDE : NARROW;
   const steps = Math.max(...series.map((one) => one.quality.length - 1), 1);
   const values = series.flatMap((one) => one.quality);
   const ticks = niceTicks(Math.min(...values), Math.max(...values));

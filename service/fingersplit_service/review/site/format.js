@@ -6,8 +6,8 @@ export const sentence = (name) => words(name).replace(/^./, (first) => first.toU
 
 export function number(value, digits = 3) {
   if (value === null || value === undefined) return "–";
-  if (value === 0) return "0";
   const size = Math.abs(value);
+  if (size < 1e-12) return "0"; // what rounding leaves of nothing
   if (size < 1e-3 || size >= 1e6) return value.toExponential(digits - 1);
   return Number(value.toPrecision(digits)).toString();
 }

@@ -63,7 +63,8 @@ function drawHead(job) {
   find(".lead").textContent = job.result?.summary.message ?? job.error?.detail ?? `${sentence(job.state)} since ${exact(job.started_at ?? job.created_at)}.`;
   const result = job.result;
   const tiles = [
-    ["Best Ferrari-Canny", h("span", {}, number(job.best_quality), h("small", {}, " N"))],
+    ["Holding margin", h("span", {}, number(result?.grasps[0]?.metrics.holding_margin), h("small", {}, " N"))],
+    ["Ferrari-Canny", h("span", {}, number(job.best_quality), h("small", {}, " N"))],
     ["Feasible starts", result ? h("span", {}, result.summary.feasible, h("small", {}, ` of ${result.summary.started}`)) : "–"],
     ["Held in simulation", result ? (job.request?.verified ? job.verified : h("small", {}, "not asked for")) : "–"],
     ["Planning", duration(result?.timings_ms.total)],
@@ -74,8 +75,8 @@ function drawHead(job) {
 }
 
 function grasps(job) {
-  const heads = ["Rank", "Feasible", "Ferrari-Canny", "Q", "Isotropy", "Volume", "Pad angle", "CPO / PPO", "Verified", "Ended"];
-  const numeric = new Set(["Ferrari-Canny", "Q", "Isotropy", "Volume", "Pad angle", "CPO / PPO"]);
+  const heads = ["Rank", "Feasible", "Holding margin", "Ferrari-Canny", "Q", "Isotropy", "Volume", "Pad angle", "CPO / PPO", "Verified", "Ended"];
+  const numeric = new Set(["Holding margin", "Ferrari-Canny", "Q", "Isotropy", "Volume", "Pad angle", "CPO / PPO"]);
   const rows = job.result.grasps.map((grasp) => {
     const choose = (event) => {
       select(job, grasp);
@@ -88,7 +89,7 @@ function grasps(job) {
       { "data-rank": grasp.rank, "aria-selected": "false", on: { click: choose } },
       h("td", {}, h("button", { type: "button", "aria-pressed": "false", "aria-label": `Show grasp ${grasp.rank}` }, String(grasp.rank))),
       h("td", {}, h("span", { class: `badge ${grasp.feasible ? "good" : "warn"}` }, grasp.feasible ? "yes" : "no")),
-      ...[metrics.ferrari_canny, metrics.quality, metrics.isotropy, metrics.volume].map((value) => h("td", { class: "number" }, number(value))),
+      ...[metrics.holding_margin, metrics.ferrari_canny, metrics.quality, metrics.isotropy, metrics.volume].map((value) => h("td", { class: "number" }, number(value))),
       h("td", { class: "number" }, `${tilt.toFixed(2)} rad`),
       h("td", { class: "number" }, `${iterations.cpo} / ${iterations.ppo}`),
       h("td", {}, verdict(grasp.verification)),
