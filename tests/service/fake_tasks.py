@@ -63,10 +63,9 @@ def _record(traces: Path, how: int) -> list[str]:
     return []
 
 
-def generate(
-    _storage: Storage, _object_id: str, _hand: str, count: int, seed: int, _friction: float
-) -> list[dict[str, Any]]:
-    return [{"contacts": [[0.03, 0.0, 0.001 * seed], [-0.03, 0.0, 0.001 * seed]], "approach": [0, 0, -1]}] * count
+def generate(_storage: Storage, _object_id: str, asked: dict[str, Any]) -> list[dict[str, Any]]:
+    z = 0.001 * asked["seed"]
+    return [{"contacts": [[0.03, 0.0, z], [-0.03, 0.0, z]], "approach": [0, 0, -1]}] * asked["count"]
 
 
 def _go(how: int, first: Path, go: Path) -> None:
