@@ -103,9 +103,10 @@ def named_values(pairs: list[str]) -> dict[str, Any]:
         try:
             values[name] = json.loads(text)
         except json.JSONDecodeError:
-            separator = ""
-        if not separator:
-            raise SettingsError(f"Setting {pair!r} is not NAME=VALUE with a number, true or false.")
+            if not separator or not text.isidentifier():
+                message = f"Setting {pair!r} is not NAME=VALUE with a number, true, false or a word."
+                raise SettingsError(message) from None
+            values[name] = text
     return values
 
 

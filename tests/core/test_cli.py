@@ -122,11 +122,17 @@ def test_no_feasible_grasp_is_exit_code_1_with_the_reason(folder):
         (("ball.stl", "--setting", "fricton=0.4"), "Unknown planner setting 'fricton'"),
         (("ball.stl", "--setting", "friction=much"), "'friction=much' is not NAME=VALUE"),
         (("ball.stl", "--setting", "friction=9"), "'friction' is 9; allowed: 0.01 to 5."),
-        (("ball.stl", "--parallel-grasps", "no.json"), "no.json is not JSON"),
-        (("ball.stl", "--parallel-grasps", "flat.json"), "The two contacts of a parallel grasp coincide"),
-        (("ball.stl", "--parallel-grasps", "one.json"), "missing: 'approach'"),
-        (("ball.stl", "--parallel-grasps", "pair.json", "--format", "dexnet"), "Dex-Net HDF5 needs hdf5."),
-        (("ball.stl", "--source", "guessing"), "known: antipodal, surface_fitting, both."),
+        (("ball.stl", "--unit", "mm", "--parallel-grasps", "no.json"), "no.json is not JSON"),
+        (
+            ("ball.stl", "--unit", "mm", "--parallel-grasps", "flat.json"),
+            "The two contacts of a parallel grasp coincide",
+        ),
+        (("ball.stl", "--unit", "mm", "--parallel-grasps", "one.json"), "missing: 'approach'"),
+        (
+            ("ball.stl", "--unit", "mm", "--parallel-grasps", "pair.json", "--format", "dexnet"),
+            "Dex-Net HDF5 needs hdf5.",
+        ),
+        (("ball.stl", "--unit", "mm", "--source", "guessing"), "known: antipodal, surface_fitting, both."),
     ],
 )
 def test_bad_input_is_exit_code_2_with_one_sentence(folder, arguments, sentence):

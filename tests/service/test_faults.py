@@ -1,18 +1,19 @@
 """Workers and whole services die; what was accepted is finished all the same."""
 
 import os
+import random
 import signal
 import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 import anyio
 import httpx2
 import pytest
-from fake_tasks import DIES, DIES_ONCE, FINE, HANGS, HANGS_ONCE, WAITS
+from fake_tasks import DIES, DIES_ONCE, FINE, HANGS, HANGS_ONCE, SHORT, WAITS
 
 from fingersplit_service.jobs.engine import Priority
 
@@ -182,3 +183,33 @@ async def test_one_data_directory_serves_one_service(start, tmp_path):
         with pytest.raises(Exception, match="Another service works on"):
             async with start(tmp_path):
                 pass
+
+
+@pytest.mark.campaign
+def test_three_hundred_jobs_survive_random_kills(tmp_path, unused_port, cube):
+    """Of workers all the time, of the whole service ten times."""
+    chance, accepted = random.Random(1), dict[str, int]()
+    for life in range(10):
+        with serving(tmp_path, unused_port) as (process, http):
+            object_id = http.post("/v1/objects", files={"file": ("c.off", cube)}, data={"unit": "cm"}).json()["id"]
+            for number in range(30 * life, 30 * life + 30):
+                body = {"object_id": object_id, "seed": chance.choice((FINE, SHORT)), "starts": number + 1}
+                headers = {"Idempotency-Key": f"job-{number}"}
+                job_id = http.post("/v1/jobs", json=body, headers=headers).json()["id"]
+                assert accepted.setdefault(job_id, number) == number
+                if chance.random() < 0.1:
+                    time.sleep(chance.uniform(0, 0.3))
+                    with suppress(ProcessLookupError):
+                        os.kill(chance.choice(children(process.pid)), signal.SIGKILL)
+            time.sleep(chance.uniform(0, 1))
+            process.kill()
+            process.wait()
+    assert len(accepted) == 300
+    with serving(tmp_path, unused_port) as (_, http):
+        for job_id, number in accepted.items():
+            job = http.get(f"/v1/jobs/{job_id}", headers={"Prefer": "wait=50"}).json()
+            if job["state"] == "failed":  # two of our kills met this one
+                assert (job["error"]["code"], job["attempts"] >= 2) == ("worker_died", True)
+            else:
+                assert (job["state"], job["result"]["starts"]) == ("succeeded", number + 1)
+        assert len(http.get("/v1/jobs", params={"limit": 1000}).json()["items"]) == 300

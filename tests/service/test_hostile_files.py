@@ -43,6 +43,7 @@ async def test_every_bad_file_is_refused(api, cube, objects_folder: Path | None)
 
 
 async def _refused(api, cube, filename, data):
+    assert (await api.upload(cube, "cube.off", unit="cm")).is_success  # the worker has loaded what reads files
     began = time.monotonic()
     response = await api.upload(data, filename)
     assert time.monotonic() - began < 2, filename

@@ -226,13 +226,13 @@ async def test_dying_services_cost_a_job_nothing_until_it_looks_guilty(store):
 
 async def test_another_process_takes_a_job_over_when_its_lease_is_out(store):
     job_id = await store.job()
-    short, other = Queue(store.database, "short", 0.05), Queue(store.database, "other", 30.0)
+    short, other = Queue(store.database, "short", 1.0), Queue(store.database, "other", 30.0)
     await short.claim()
     assert await other.take_up(alone=False) == 0
-    await asyncio.sleep(0.06)
+    await asyncio.sleep(1.1)
     await short.extend_leases([job_id])
     assert await other.take_up(alone=False) == 0
-    await asyncio.sleep(0.06)
+    await asyncio.sleep(1.1)
     assert await other.take_up(alone=False) == 1
     assert (await other.claim()).attempts == 2
     assert not await short.succeed(job_id, FOUND)

@@ -50,6 +50,8 @@ def sample_antipodal(
     first, second, seats = crossing_pairs(model.triangles, model.surface, draws, least_cosine, narrowest, opening[1])
     off_center = np.linalg.norm((first + second) / 2 - model.center_of_mass, axis=1) / model.radius
     order = np.argsort(off_center - seats, kind="stable")
+    if (seats > 0).any():  # contacts next to edges serve only where the object offers no others
+        order = order[seats[order] > 0]
     first, second = first[order], second[order]
     chosen = spread_pairs(first, second, count, model.radius * np.array(COVERING))
     return _turn_approaches(np.stack([first[chosen], second[chosen]], axis=1), approaches, rng)

@@ -16,7 +16,9 @@ CROSSINGS = 16
 UNSEEN = 2.0
 """Spacings from the nearest sample beyond which a point is on a side of a cloud that was not seen."""
 FACING_AWAY = -0.5
-"""Cosine to the jaw axis below which a neighbour belongs to another side of the object."""
+"""Cosine below which a neighbour's normal belongs to another side of the object."""
+LEAST_EVENNESS = 0.85
+"""Mean cosine between the normals about a contact and its own below which it lies next to an edge."""
 
 
 @kernel
@@ -35,9 +37,9 @@ def crossing_pairs(triangles, surface, draws, least_cosine, narrowest, widest):
         widest: Greatest distance [m].
 
     Returns:
-        Ends (n, 3) and (n, 3) [m], and how well jaws would sit there, (n,): the lowest of six cosines to the jaw axis,
-        at either end of the triangle's normal, of the smoothed normal and of the mean of the normals about it, which
-        falls towards an edge.
+        Ends (n, 3) and (n, 3) [m], and how well jaws would sit there, (n,): the lowest of six cosines, at either end of
+        the triangle's normal and of the smoothed normal to the jaw axis, and of the normals about it to its own, which
+        falls towards an edge; less 1, so negative, where an end lies next to an edge.
     """
     count, samples, found = len(draws), len(surface.normals), 0
     first, second, seats = np.empty((4 * count, 3)), np.empty((4 * count, 3)), np.empty(4 * count)
@@ -50,7 +52,7 @@ def crossing_pairs(triangles, surface, draws, least_cosine, narrowest, widest):
         flat = -dot(_triangle_normal(surface.triangles[i]), direction)
         if flat < least_cosine:
             continue
-        near, judged = min(flat, dot(inward, direction)), False
+        near, even, judged = min(flat, dot(inward, direction)), 1.0, False
         crossings = cast(triangles, origin, direction, widest, distances, faces)
         for k in range(crossings):
             flat = dot(face_normal(triangles, faces[k]), direction)
@@ -60,12 +62,14 @@ def crossing_pairs(triangles, surface, draws, least_cosine, narrowest, widest):
             j = nearest(surface.grid, end, -1)
             seen = norm(subtract(end, get(surface.grid.points, j))) <= UNSEEN * surface.spacing
             smooth = dot(get(surface.normals, j), direction) if seen else flat
+            if not judged:
+                even, judged = _evenness(surface, i), True
+            even_end = _evenness(surface, j) if seen else 1.0
             if smooth >= least_cosine:
-                if not judged:
-                    near, judged = min(near, _mean_cosine(surface, i, scale(-1.0, direction))), True
                 put(first, found, origin)
                 put(second, found, end)
-                seats[found] = min(near, flat, smooth, _mean_cosine(surface, j, direction) if seen else flat)
+                seat = min(near, flat, smooth, even, even_end)
+                seats[found] = seat if min(even, even_end) >= LEAST_EVENNESS else seat - 1.0
                 found += 1
     return first[:found], second[:found], seats[:found]
 
@@ -101,19 +105,16 @@ def _triangle_normal(corners):
 
 
 @kernel
-def _mean_cosine(surface, i, direction):
-    """Mean over the samples about sample ``i`` of the cosine between normal and ``direction``.
-
-    The far side of a thin plate is left out: what turns away from ``direction`` does not carry the jaw.
-    """
+def _evenness(surface, i):
+    """Mean cosine between the normals about sample ``i`` and its own; the far side of a thin plate is left out."""
     grid, total, count = surface.grid, 0.0, 0
-    point = get(grid.points, i)
+    point, normal = get(grid.points, i), get(surface.normals, i)
     low, high = cell_range(grid, point, grid.cell)
     for x in range(low[0], high[0]):
         for y in range(low[1], high[1]):
             row = (x * grid.shape[1] + y) * grid.shape[2]
             for j in range(grid.starts[row + low[2]], grid.starts[row + high[2]]):
-                cosine = dot(get(surface.normals, j), direction)
+                cosine = dot(get(surface.normals, j), normal)
                 if cosine > FACING_AWAY and norm(subtract(get(grid.points, j), point)) <= grid.cell:
                     total += cosine
                     count += 1

@@ -8,7 +8,7 @@ largest s for which every contact could carry s newtons more along its surface b
 
 a linear program with the cones inscribed pyramids [Kerr1986, Boyd2007]. The grasp's margin is that of the worst
 direction. The friction of a contact is what the surface about it leaves: where normals within a pad's footprint differ
-from the contact's by the mean angle delta, mu_i = tan(atan(mu) - delta), so contacts near edges count for little.
+from the contact's by the mean angle delta, mu_i = tan(atan(mu) - delta / 2), so contacts near edges count for less.
 """
 
 import math
@@ -265,7 +265,7 @@ def _tangents(normal):
 
 @kernel
 def footprint_friction(surface, point, normal, friction):
-    """Friction coefficient that counts at a contact: tan(atan(friction) - mean angle of the footprint's normals)."""
+    """Friction coefficient that counts at a contact: tan(atan(friction) - half the footprint's mean angle)."""
     grid, total, count = surface.grid, 0.0, 0
     low, high = cell_range(grid, point, FOOTPRINT)
     for x in range(low[0], high[0]):
@@ -276,4 +276,4 @@ def footprint_friction(surface, point, normal, friction):
                 if norm(subtract(get(grid.points, i), point)) < FOOTPRINT and dot(normal, there) > OTHER_SIDE:
                     total += angle_between(normal, there)
                     count += 1
-    return math.tan(max(math.atan(friction) - total / max(count, 1), 0.0))
+    return math.tan(max(math.atan(friction) - 0.5 * total / max(count, 1), 0.0))

@@ -12,7 +12,7 @@ import sqlalchemy as sa
 
 from fingersplit_service.database.schema import upgrade_schema
 
-__all__ = ["Database", "StorageUnavailable", "Store", "accepting", "database_url", "transaction"]
+__all__ = ["Database", "StorageUnavailable", "Store", "accepting", "database_url", "reading", "transaction"]
 
 Params = ParamSpec("Params")
 Returned = TypeVar("Returned")
@@ -69,24 +69,29 @@ class Database:
         self._thread.shutdown()
         self.engine.dispose()
 
-    async def run(self, function: Callable[[sa.Connection], Returned], *, durable: bool) -> Returned:
+    async def run(
+        self, function: Callable[[sa.Connection], Returned], *, durable: bool = False, reads_only: bool = False
+    ) -> Returned:
         """Run ``function`` in a transaction, in the thread of the database; once it returned all is committed.
 
         Args:
             function: What to do.
             durable: Whether it must survive a loss of power; it survives the end of this process in any case.
+            reads_only: Whether it changes nothing, so that it need not wait for somebody else's lock.
 
         Raises:
             StorageUnavailable: Nothing was changed.
         """
-        return await asyncio.get_running_loop().run_in_executor(self._thread, self._transact, function, durable)
+        return await asyncio.get_running_loop().run_in_executor(
+            self._thread, self._transact, function, durable, reads_only
+        )
 
-    def _transact(self, function: Callable[[sa.Connection], Returned], durable: bool) -> Returned:
+    def _transact(self, function: Callable[[sa.Connection], Returned], durable: bool, reads_only: bool) -> Returned:
         try:
             if self._sqlite is not None and durable is not self._durable:
                 self._sqlite.execute(f"PRAGMA synchronous={'FULL' if durable else 'NORMAL'}")
                 self._durable = durable
-            with self.engine.begin() as connection:
+            with self.engine.execution_options(reads_only=reads_only).begin() as connection:
                 return function(connection)
         except (sa.exc.OperationalError, sa.exc.InterfaceError, sa.exc.TimeoutError) as error:
             _log.error("The database failed: %s", error.__cause__ or error)
@@ -118,7 +123,7 @@ def transaction(
 
     A loss of power may undo the last ones: a job is then run again. What must not be undone is `accepting`.
     """
-    return _awaitable(method, durable=False)
+    return _awaitable(method)
 
 
 def accepting(
@@ -128,16 +133,30 @@ def accepting(
     return _awaitable(method, durable=True)
 
 
+def reading(
+    method: Callable[Concatenate[Owner, sa.Connection, Params], Returned],
+) -> Callable[Concatenate[Owner, Params], Coroutine[Any, Any, Returned]]:
+    """Like `transaction`, for what changes nothing."""
+    return _awaitable(method, reads_only=True)
+
+
 def _awaitable(
-    method: Callable[Concatenate[Owner, sa.Connection, Params], Returned], *, durable: bool
+    method: Callable[Concatenate[Owner, sa.Connection, Params], Returned],
+    *,
+    durable: bool = False,
+    reads_only: bool = False,
 ) -> Callable[Concatenate[Owner, Params], Coroutine[Any, Any, Returned]]:
     @wraps(method)
     async def awaited(self: Owner, /, *args: Params.args, **kwargs: Params.kwargs) -> Returned:
-        return await self._database.run(lambda connection: method(self, connection, *args, **kwargs), durable=durable)
+        def act(connection: sa.Connection) -> Returned:
+            return method(self, connection, *args, **kwargs)
+
+        return await self._database.run(act, durable=durable, reads_only=reads_only)
 
     return awaited
 
 
 def _begin_immediate(connection: sa.Connection) -> None:
     """Take the write lock first: what a transaction has read cannot change before it writes."""
-    connection.exec_driver_sql("BEGIN IMMEDIATE")
+    reads_only = connection.get_execution_options().get("reads_only", False)
+    connection.exec_driver_sql("BEGIN" if reads_only else "BEGIN IMMEDIATE")

@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 import sqlalchemy as sa
 
 from fingersplit_client.schemas import JobState
-from fingersplit_service.database.connection import Store, accepting, transaction
+from fingersplit_service.database.connection import Store, accepting, reading, transaction
 from fingersplit_service.database.rows import LISTED_COLUMNS, JobRow, NewJob, job_row, one_job
 from fingersplit_service.database.tables import jobs, objects, results
 
@@ -104,7 +104,7 @@ class JobStore(Store):
         insert = sa.insert(jobs).returning(*LISTED_COLUMNS, jobs.c.request, sort_by_parameter_order=True)
         return [job_row(row) for row in connection.execute(insert, rows).mappings()], True
 
-    @transaction
+    @reading
     def get(self, connection: sa.Connection, owner: str, job_id: str) -> tuple[JobRow, str | None] | None:
         """A job and its result document, JSON; None when the owner has no such job."""
         query = sa.select(*LISTED_COLUMNS, jobs.c.request, results.c.document).outerjoin(results)
@@ -115,7 +115,7 @@ class JobStore(Store):
         result: str | None = columns.pop("document")
         return job_row(columns), result
 
-    @transaction
+    @reading
     def page(
         self, connection: sa.Connection, owner: str, which: JobFilter, before: int | None, limit: int
     ) -> list[JobRow]:
@@ -142,13 +142,13 @@ class JobStore(Store):
         """Delete a job in whatever state, with its result; False when the owner has no such job."""
         return connection.execute(sa.delete(jobs).where(_is(owner, job_id))).rowcount == 1
 
-    @transaction
+    @reading
     def batch(self, connection: sa.Connection, owner: str, batch_id: str) -> list[tuple[str, JobState]]:
         """Ids and states of a batch's jobs in their order; empty when the owner has no such batch."""
         query = sa.select(jobs.c.id, jobs.c.state).where(jobs.c.owner == owner, jobs.c.batch_id == batch_id)
         return [(job_id, state) for job_id, state in connection.execute(query.order_by(jobs.c.number))]
 
-    @transaction
+    @reading
     def counts(self, connection: sa.Connection) -> dict[str, int]:
         """How many jobs of all owners are queued and running."""
         query = sa.select(jobs.c.state, sa.func.count()).where(jobs.c.state.in_(("queued", "running")))

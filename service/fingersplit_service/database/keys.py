@@ -10,7 +10,7 @@ from typing import Literal, get_args
 
 import sqlalchemy as sa
 
-from fingersplit_service.database.connection import Store, accepting, transaction
+from fingersplit_service.database.connection import Store, accepting, reading
 from fingersplit_service.database.tables import api_keys
 
 __all__ = ["SCOPES", "KeyRow", "KeyStore", "Scope", "matches", "split_key"]
@@ -51,7 +51,7 @@ class KeyStore(Store):
         connection.execute(sa.insert(api_keys).values(row))
         return f"{_PREFIX}_{key_id}_{secret}"
 
-    @transaction
+    @reading
     def all(self, connection: sa.Connection) -> list[KeyRow]:
         """Every key, oldest first."""
         rows = connection.execute(sa.select(api_keys).order_by(api_keys.c.created_at)).mappings()

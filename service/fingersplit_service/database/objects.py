@@ -9,7 +9,7 @@ import sqlalchemy as sa
 from sqlalchemy.dialects import postgresql, sqlite
 
 from fingersplit_client.schemas import ObjectInfo, ParallelGraspSetInfo
-from fingersplit_service.database.connection import Store, accepting, transaction
+from fingersplit_service.database.connection import Store, accepting, reading
 from fingersplit_service.database.tables import jobs, objects, parallel_grasp_sets
 
 __all__ = ["ObjectStore", "Removal", "StoredObject"]
@@ -59,12 +59,12 @@ class ObjectStore(Store):
         connection.execute(sa.update(objects).where(_is(owner, info.id)).values(used_at=row["used_at"]))
         return False
 
-    @transaction
+    @reading
     def document(self, connection: sa.Connection, owner: str, object_id: str) -> str | None:
         """An object's document, JSON; None when the owner has no such object."""
         return connection.execute(sa.select(objects.c.document).where(_is(owner, object_id))).scalar()
 
-    @transaction
+    @reading
     def page(self, connection: sa.Connection, owner: str, before: int | None, limit: int) -> list[StoredObject]:
         """Objects of an owner, newest first, older than the place ``before``."""
         query = sa.select(objects.c.number, objects.c.document).where(objects.c.owner == owner)
@@ -88,7 +88,7 @@ class ObjectStore(Store):
         others = connection.execute(sa.select(objects.c.id).where(objects.c.id == object_id).limit(1)).scalar()
         return Removal(found=found, last=found and others is None)
 
-    @transaction
+    @reading
     def unused_since(self, connection: sa.Connection, moment: float, limit: int) -> Sequence[tuple[str, str]]:
         """Owner and id of objects that nobody uploaded or planned for since ``moment``."""
         query = sa.select(objects.c.owner, objects.c.id).where(objects.c.used_at < moment).limit(limit)
@@ -107,14 +107,14 @@ class ObjectStore(Store):
         connection.execute(sa.insert(parallel_grasp_sets).values(row))
         return True
 
-    @transaction
+    @reading
     def grasp_sets(self, connection: sa.Connection, owner: str, object_id: str) -> Sequence[sa.RowMapping]:
         """The sets of an object without their grasps, newest first."""
         columns = [column for column in parallel_grasp_sets.c if column.name in ParallelGraspSetInfo.model_fields]
         query = sa.select(*columns).where(_has_grasps(owner, object_id)).order_by(parallel_grasp_sets.c.number.desc())
         return connection.execute(query.limit(1000)).mappings().all()
 
-    @transaction
+    @reading
     def grasp_set(self, connection: sa.Connection, owner: str, object_id: str, set_id: str) -> sa.RowMapping | None:
         """One set with its ``document``."""
         query = sa.select(parallel_grasp_sets).where(_has_grasps(owner, object_id), parallel_grasp_sets.c.id == set_id)

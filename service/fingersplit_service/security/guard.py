@@ -10,6 +10,8 @@ from fastapi.datastructures import Headers
 from starlette.datastructures import MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+from fingersplit_client.schemas import Problem
+from fingersplit_service.database.connection import StorageUnavailable
 from fingersplit_service.operations.logs import log_context
 from fingersplit_service.operations.metrics import Metrics
 from fingersplit_service.operations.tracing import span
@@ -71,8 +73,7 @@ class Guard:
                 if refusal is None:
                     await self._app(scope, receive, send_guarded)
                 else:
-                    response = problem_response(ProblemKind.FORBIDDEN.document(refusal))
-                    await response(scope, receive, send_guarded)
+                    await problem_response(refusal)(scope, receive, send_guarded)
             finally:
                 seconds = time.perf_counter() - began
                 route = getattr(scope.get("route"), "path", "none")
@@ -81,14 +82,17 @@ class Guard:
                 level = logging.DEBUG if route in _PROBES else logging.INFO
                 _log.log(level, "%s %s %d %.1f ms", scope["method"], scope["path"], status, 1e3 * seconds)
 
-    async def _refusal(self, scope: Scope, headers: Headers) -> str | None:
+    async def _refusal(self, scope: Scope, headers: Headers) -> Problem | None:
         """Why a request is refused whoever asks: what a stranger's page makes a browser on this machine send."""
         host = headers.get("host", "")
         origin = headers.get("origin")
         if scope["method"] not in _SAFE_METHODS and origin is not None and urlsplit(origin).netloc != host:
-            return f"A page of {origin!r} may not change anything here."
-        if self._settings.allow_unauthenticated or not await scope["app"].state.runtime.access.open():
-            return None
+            return ProblemKind.FORBIDDEN.document(f"A page of {origin!r} may not change anything here.")
+        try:
+            if self._settings.allow_unauthenticated or not await scope["app"].state.runtime.access.open():
+                return None
+        except StorageUnavailable:
+            return ProblemKind.STORAGE.document("Who may ask is not known now; try again.")
         # Without keys all that keeps strangers out is that they are not on this machine; a name that a stranger's
         # server resolves to this address would make their page look as if it were.
         try:
@@ -97,7 +101,8 @@ class Guard:
             name = ""
         if is_loopback(name) or name in self._settings.allowed_hosts:
             return None
-        return f"This service is not {host!r}; address it as localhost, or set FINGERSPLIT_ALLOWED_HOSTS."
+        detail = f"This service is not {host!r}; address it as localhost, or set FINGERSPLIT_ALLOWED_HOSTS."
+        return ProblemKind.FORBIDDEN.document(detail)
 
     @staticmethod
     def _complete(headers: MutableHeaders, path: str, request_id: str) -> None:

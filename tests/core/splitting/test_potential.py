@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 import scipy.linalg
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fingersplit.hands.kernel import move_fingers
@@ -30,7 +30,7 @@ def near_state(barrett, runs_of) -> Callable[[np.random.Generator, str], np.reco
         state = states[0]
         joints = state.joints[:8] + rng.normal(scale=0.05, size=8)
         state.joints[:8] = np.clip(joints, barrett.lower, barrett.upper)
-        state.palm_position += rng.normal(scale=2e-3, size=3)
+        state.palm_position += rng.normal(scale=rng.choice([2e-3, 20e-3]), size=3)
         return state
 
     return disturb
@@ -68,8 +68,15 @@ def gradient(problem: Problem, state: np.record) -> tuple[np.ndarray, np.ndarray
 
 
 def same_nearest_points(*states: np.record) -> bool:
-    first, *others = (state.clearance_points[state.clearances < np.inf] for state in states)
-    return all(np.array_equal(first, other) for other in others)
+    """Whether the links' nearest points of the object, and the faces nearest to those, are the same."""
+    first, *others = states
+    near = first.clearances < np.inf
+    return all(
+        np.array_equal(near, other.clearances < np.inf)
+        and np.array_equal(first.clearance_points[near], other.clearance_points[near])
+        and np.allclose(first.clearance_normals[near], other.clearance_normals[near], atol=1e-3)
+        for other in others
+    )
 
 
 def slope(problem: Problem, states: list[np.record], step: float) -> float:
@@ -78,6 +85,7 @@ def slope(problem: Problem, states: list[np.record], step: float) -> float:
 
 
 @pytest.mark.parametrize("name", NAMES)
+@settings(max_examples=30)
 @given(seed=seeds)
 def test_gradient_agrees_with_finite_differences(problem_of, near_state, name, seed):
     problem = problem_of(name, **WIDE)
@@ -94,20 +102,17 @@ def test_gradient_agrees_with_finite_differences(problem_of, near_state, name, s
             assert by_twist[k] == pytest.approx(slope(problem, moved, step), rel=1e-3, abs=1e-6)
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_differences_mostly_keep_the_nearest_points_and_links_of_every_kind_are_near(
-    barrett, problem_of, near_state, name
-):
-    problem, kept, near = problem_of(name, **WIDE), [], np.zeros(len(barrett.shape_names), int)
-    for seed in range(60):
+def test_differences_mostly_keep_the_nearest_points_and_links_of_every_kind_are_near(barrett, problem_of, near_state):
+    kept, near = [], np.zeros(len(barrett.shape_names), int)
+    for seed in range(120):
+        name = NAMES[seed % len(NAMES)]
+        problem = problem_of(name, **WIDE)
         state = measured(problem, near_state(np.random.default_rng(seed), name))
         kept += [same_nearest_points(state, measured(problem, state, joints=turn)) for turn in 1e-6 * np.eye(8)]
         near += state.clearances[: near.size] < 4e-3
     assert np.mean(kept) > 0.9
-    links = {
-        shape.split("_")[1] for shape, count in zip(barrett.shape_names, near, strict=True) if count and "_" in shape
-    }
-    assert {"proximal", "distal", "nose"} <= links
+    met = {shape for shape, count in zip(barrett.shape_names, near, strict=True) if count}
+    assert {"knuckle", "proximal", "distal", "nose"} <= {shape.split("_")[-1] for shape in met}
 
 
 @given(seed=seeds, name=st.sampled_from(NAMES))

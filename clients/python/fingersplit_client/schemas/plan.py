@@ -20,6 +20,7 @@ __all__ = [
     "PlanSummary",
     "PlanTimings",
     "PlannedObject",
+    "Pregrasp",
     "Termination",
 ]
 

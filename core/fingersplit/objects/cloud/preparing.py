@@ -8,6 +8,7 @@ from fingersplit.objects.cloud.normals import orient_points
 from fingersplit.objects.cloud.point_cloud import PointCloud
 from fingersplit.objects.cloud.reconstruction import part_of_mesh, reconstruct
 from fingersplit.objects.cloud.unseen import estimate_viewpoint, hide_unseen
+from fingersplit.objects.fairing import fair
 from fingersplit.objects.grid import build_grid, thin_evenly
 from fingersplit.objects.mass import mass_properties
 from fingersplit.objects.model import COLLISION_POINTS, ObjectModel
@@ -22,6 +23,8 @@ __all__ = ["FEWEST_POINTS", "check_cloud", "prepare_cloud"]
 
 FEWEST_POINTS = 200
 """With fewer there is no telling normals from noise."""
+FAIRING = 8.0
+"""Length of waves that fairing halves, in standard deviations of a cloud's noise."""
 _NO_THICKNESS = 1e-4  # of the extent
 
 
@@ -34,7 +37,7 @@ def prepare_cloud(cloud: PointCloud, name: str = "object", options: ObjectOption
     Args:
         cloud: One view or several merged, with noise and outliers.
         name: What people call it.
-        options: Mass and friction; fairing does nothing, since clouds are always smoothed by as much as they are noisy.
+        options: Mass, friction, and a fairing that counts where it is more than the cloud's noise asks for.
 
     Raises:
         MeshError: The points are too few, or enclose nothing.
@@ -42,9 +45,10 @@ def prepare_cloud(cloud: PointCloud, name: str = "object", options: ObjectOption
     options = options or ObjectOptions()
     check_cloud(cloud.points)
     oriented = orient_points(cloud)
-    closed, is_seen = reconstruct(oriented)
+    rough, is_seen = reconstruct(oriented)
     if not is_seen.any():
         raise MeshError("no_volume", "No surface runs through the points: they are scattered in space.")
+    closed = fair(rough, max(options.fairing, FAIRING * oriented.noise))
     seen_part = part_of_mesh(closed, is_seen)
     surface = sample_surface(seen_part)
     supervoxels = cluster_supervoxels(surface, COLLISION_POINTS)

