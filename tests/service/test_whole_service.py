@@ -1,6 +1,7 @@
 """A real service with the real planner: clouds, options, verification, and what it keeps of objects on disk."""
 
 import io
+import os
 import socket
 import subprocess
 import sys
@@ -26,10 +27,11 @@ def wait_until(condition: Callable[[], bool], seconds: float = 60) -> None:
 
 
 @contextmanager
-def serving(data_dir: Path, port: int) -> Iterator[Client]:
+def serving(data_dir: Path, port: int, spare_workers: int = 1) -> Iterator[Client]:
     program = Path(sys.executable).with_name("fingersplit")
     command = [program, "serve", "--port", str(port), "--workers", "1", "--data-dir", data_dir]
-    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
+    environment = os.environ | {"FINGERSPLIT_SPARE_WORKERS": str(spare_workers)}
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env=environment) as process:
         try:
             with Client(f"http://127.0.0.1:{port}") as client:
                 wait_until(lambda: is_ready(client), 300)  # with nothing compiled yet it takes minutes
@@ -161,7 +163,7 @@ def test_a_restarted_service_loads_what_was_prepared_and_repairs_what_was_damage
     kept = entry(tmp_path, "object", object_id)
     prepared = kept.stat().st_ino, kept.read_bytes()
 
-    with serving(tmp_path, unused_port) as client:
+    with serving(tmp_path, unused_port, spare_workers=0) as client:
         assert poses(client.wait(client.create_job(order)).result) == poses(first)
     assert kept.stat().st_ino == prepared[0]
 
@@ -172,3 +174,16 @@ def test_a_restarted_service_loads_what_was_prepared_and_repairs_what_was_damage
         assert poses(client.wait(client.create_job(order)).result) == poses(first)
     assert kept.read_bytes() == prepared[1]
     assert kept.stat().st_ino != prepared[0]
+
+
+def test_a_job_that_comes_before_the_convex_pieces_computes_them_itself(tmp_path, unused_port):
+    with serving(tmp_path, unused_port, spare_workers=0) as client:
+        object_id = client.upload_object(mesh_of("cylinder"), file_type="ply").id
+        stories, pieces = [], set()
+        for _ in range(2):
+            job = client.create_job(JobCreate(object_id=object_id, starts=8, verified=1))
+            stories.append([event.job for event in client.events(job.id)])
+            assert stories[-1][-1].verified == 1
+            pieces.add(entry(tmp_path, "pieces", object_id).stat().st_ino)
+    assert "convex_pieces" in [job.stage for job in stories[0]]
+    assert len(pieces) == 1
