@@ -47,7 +47,7 @@ def plan(
         starts: Most runs of the finger splitting.
         seed: Seed of every random choice.
         top_k: Most grasps to return.
-        settings: Parameters of the splitting; None for the defaults.
+        settings: Parameters of the splitting; None for the defaults, with the object's friction if it is known.
         threads: Threads that screen, split and judge; the answer does not depend on it.
         progress: Called with a stage name and the share of that stage that is done, 0..1.
 
@@ -60,7 +60,7 @@ def plan(
         ParallelGraspError: A given contact lies off the surface.
     """
     _check(starts=starts, top_k=top_k, threads=threads, seed=seed)
-    settings = settings or PlannerSettings()
+    settings = settings or PlannerSettings(friction=model.options.friction or PlannerSettings.friction)
     report = progress or (lambda _stage, _share: None)
     seconds: dict[str, float] = {}
     watch = _Watch(seconds)

@@ -1,1 +1,1 @@
-"""What the service adds to planning, what it bears, and what it survives; run with ``python -m fingersplit_bench.service``."""
+"""What the service adds to planning, what it bears, and what it survives: ``python -m fingersplit_bench.service``."""

@@ -7,18 +7,18 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+from fingersplit.objects.parametric import cylinder
 from fingersplit_bench.service.faults import measure_cancel, measure_delay, survive_kills
 from fingersplit_bench.service.latency import measure_latency, measure_list
 from fingersplit_bench.service.load import jobs_per_second_without_http, measure_load
 from fingersplit_bench.service.server import Server
-
-from fingersplit.objects.parametric import cylinder
 from fingersplit_client import Client
 
 SECTIONS = ("start", "latency", "cancel", "delay", "load", "kills", "list")
 
 
 def main() -> None:
+    """Measure the chosen sections against a service of their own."""
     parser = argparse.ArgumentParser(prog="python -m fingersplit_bench.service", description=__doc__)
     parser.add_argument("sections", nargs="*", choices=[*SECTIONS, []], help="what to measure; by default everything")
     parser.add_argument("--mesh", type=Path, default=Path("examples/objects/mug.ply"), help="object of the latencies")
@@ -50,6 +50,7 @@ def main() -> None:
 
 
 def measure(section: str, server: Server, arguments: argparse.Namespace) -> dict[str, float]:
+    """Figures of one section."""
     with Client(server.url) as client:
         mesh = client.upload_object(arguments.mesh).id
         can = client.upload_object(_can(), file_type="off", name="can").id

@@ -9,7 +9,6 @@ from contextlib import suppress
 
 from fingersplit_bench.service.server import Server
 from fingersplit_bench.service.statistics import percentile
-
 from fingersplit_client import ApiError, Client, JobCreate, ServiceUnreachable
 
 __all__ = ["measure_cancel", "measure_delay", "survive_kills"]

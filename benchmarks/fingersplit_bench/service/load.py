@@ -6,9 +6,9 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
-from fingersplit_bench.service.server import Server
 
 from fingersplit.objects.parametric import cylinder
+from fingersplit_bench.service.server import Server
 from fingersplit_client import AsyncClient, JobCreate
 from fingersplit_service.jobs.engine import Engine, Priority
 from fingersplit_service.jobs.tasks import JobOrder, Tasks

@@ -26,7 +26,7 @@ router = APIRouter(prefix="/review", include_in_schema=False)
 
 
 @dataclass(frozen=True)
-class SiteFile:
+class _SiteFile:
     """A file of the pages, and the tag by which a browser knows that it has it already."""
 
     content: bytes
@@ -43,12 +43,12 @@ class SiteFile:
         return Response(self.content, headers=headers, media_type=self.media_type)
 
 
-def _read_site() -> dict[str, SiteFile]:
+def _read_site() -> dict[str, _SiteFile]:
     site = {}
     for file in files("fingersplit_service.review").joinpath("site").iterdir():
         content, suffix = file.read_bytes(), file.name.rpartition(".")[2]
         etag = f'"{hashlib.sha256(content).hexdigest()[:20]}"'
-        site[file.name] = SiteFile(content, _MEDIA_TYPES[suffix], etag)
+        site[file.name] = _SiteFile(content, _MEDIA_TYPES[suffix], etag)
     return site
 
 

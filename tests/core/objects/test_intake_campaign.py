@@ -68,4 +68,4 @@ def test_damaged_files_end_in_an_object_or_a_refusal(form):
     with ThreadPoolExecutor(2) as pool:
         outcomes = sum(pool.map(run_batch, [form] * len(counts), range(len(counts)), counts), Counter())
     assert sum(outcomes.values()) == share
-    assert len(outcomes) > 2, outcomes
+    assert len(outcomes) > (0 if form == "npz" else 2), outcomes  # of zip files, checksums find nearly all damage

@@ -135,9 +135,7 @@ def test_screening_finds_nearly_the_best_of_all_combinations(barrett, problem_of
     problem, preshapes, lost = problem_of(name), len(barrett.gripper.preshapes), []
     for start in starts_of(name):
         ray = *start.contacts, start.parallel_grasp.approach
-        costs = [
-            mapped(problem, barrett, *ray, only(p, h))[0] for p in range(preshapes) for h in range(STANDOFFS)
-        ]
+        costs = [mapped(problem, barrett, *ray, only(p, h))[0] for p in range(preshapes) for h in range(STANDOFFS)]
         lost.append(mapped(problem, barrett, *ray, start.choices)[0] - min(costs))
     assert min(lost) >= 0
     assert np.median(lost) < 1.0  # less than one pad tilted by PAD_ANGLE_SCALE
