@@ -32,7 +32,7 @@ def main() -> None:
     with _service(console) as client:
         console.print(f"Uploading {MUG.relative_to(REPOSITORY)}")
         mug = client.upload_object(MUG, unit="m", name="mug")
-        job = client.create_job(JobCreate(object_id=mug.id, hand="barrett", starts=64, seed=1))
+        job = client.create_job(JobCreate(object_id=mug.id, hand="barrett", starts=64, seed=1, verified=1))
         with console.status("planning") as status:
             job = client.wait(job, on_progress=lambda state: _show(status, state))
         picture = OUTPUT / "mug.png"
@@ -40,6 +40,7 @@ def main() -> None:
     assert job.result is not None  # `wait` returns succeeded jobs only
     (OUTPUT / "mug.json").write_text(job.result.model_dump_json(indent=2) + "\n")
     console.print(_table(job.result))
+    console.print(_verdict(job.result))
     console.print(f"Result:  {(OUTPUT / 'mug.json').relative_to(REPOSITORY)}")
     console.print(f"Picture: {picture.relative_to(REPOSITORY)} (best grasp: start, end, and how quality rose)")
 
@@ -81,6 +82,14 @@ def _wait_until_ready(client: Client, service: subprocess.Popen[bytes]) -> None:
 
 def _show(status: Status, job: Job) -> None:
     status.update(f"planning: {job.stage or job.state} {job.progress:.0%}")
+
+
+def _verdict(result: PlanResult) -> str:
+    """What the simulation of the ranked grasps showed."""
+    for grasp in result.grasps:
+        if grasp.verification is not None and grasp.verification.passed:
+            return f"Lifted in simulation: the grasp of rank {grasp.rank} held. {grasp.verification.explanation}"
+    return "Lifted in simulation: no grasp held."
 
 
 def _table(result: PlanResult) -> Table:

@@ -13,11 +13,11 @@ from fingersplit_service.problems import MEDIA_TYPE, ProblemKind
 __all__ = ["DESCRIPTION", "TAGS", "describe", "problem_answers"]
 
 DESCRIPTION = """\
-Upload a mesh, queue a job, get ranked grasps: palm pose, joint angles and contacts.
+Upload a mesh or a point cloud, queue a job, get ranked grasps: palm pose, joint angles and contacts.
 
 * Lengths are in metres, angles in radians, forces in newtons, times in seconds or, where a name says so,
   milliseconds.
-* Points and directions are in the object frame, the frame of the uploaded mesh. Surface normals point out of
+* Points and directions are in the object frame, the frame of the uploaded file. Surface normals point out of
   the object.
 * Quaternions are `wxyz`, unit length, and rotate from the palm frame to the object frame.
 * Once the service has API keys, every request needs one, as `Authorization: Bearer KEY`; a key sees only what was
@@ -25,7 +25,7 @@ Upload a mesh, queue a job, get ranked grasps: palm pose, joint angles and conta
 * Every error is a problem document (RFC 9457) with a stable `type`.
 """
 TAGS = [
-    {"name": "objects", "description": "Meshes to plan for. Equal meshes are one object."},
+    {"name": "objects", "description": "Meshes and point clouds to plan for. Equal ones are one object."},
     {"name": "jobs", "description": "Plans: queued, run by a worker process, and kept."},
     {"name": "batches", "description": "Many jobs in one request."},
     {"name": "hands", "description": "Hands that can be planned for."},

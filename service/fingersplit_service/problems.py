@@ -33,7 +33,7 @@ class ProblemKind(Enum):
     IN_USE = ("in-use", 409, "Something else still needs it")
     GONE = ("gone", 409, "What it needs was deleted")
     TOO_LARGE = ("too-large", 413, "The request is too large")
-    UNKNOWN_FORMAT = ("unknown-format", 415, "Not a mesh format that can be read")
+    UNKNOWN_FORMAT = ("unknown-format", 415, "Not a file format that can be read")
     INVALID_REQUEST = ("invalid-request", 422, "The request is not valid")
     INVALID_MESH = ("invalid-mesh", 422, "The file is not a graspable object")
     KEY_REUSED = ("idempotency-key-reused", 422, "The idempotency key belongs to another request")

@@ -78,7 +78,7 @@ async def running(settings: ServiceSettings, tasks: Tasks, metrics: Metrics) -> 
         StorageUnavailable: The database cannot be opened.
         Exposed: Strangers could reach the service, and there is no key.
     """
-    storage = Storage(settings.data_dir.absolute())
+    storage = Storage(settings.data_dir.absolute(), settings.cache_bytes)
     async with AsyncExitStack() as stack:
         stack.enter_context(storage.lock())
         database = Database(database_url(settings.database_url, storage.database))

@@ -50,7 +50,11 @@ class ServiceSettings(BaseSettings):
     database_url: str | None = Field(
         default=None, description="PostgreSQL database to keep the tables in; by default a file in data_dir."
     )
-    max_upload_bytes: PositiveInt = Field(default=64 * _MIB, description="Largest mesh file [bytes].")
+    cache_bytes: PositiveInt = Field(
+        default=2048 * _MIB,
+        description="Most that prepared objects may take below data_dir; the least recently used go first [bytes].",
+    )
+    max_upload_bytes: PositiveInt = Field(default=64 * _MIB, description="Largest file of an object [bytes].")
     max_request_bytes: PositiveInt = Field(default=_MIB, description="Largest body of other requests [bytes].")
     max_queued_jobs: PositiveInt = Field(default=10_000, description="Most jobs that may wait.")
     max_connections: PositiveInt = Field(default=1_000, description="Most connections at once.")
@@ -64,7 +68,9 @@ class ServiceSettings(BaseSettings):
         default=1024 * _MIB, description="Memory in use beyond which a free worker is replaced [bytes]."
     )
     plan_deadline_s: PositiveFloat = Field(default=300.0, description="Longest time for one job [s].")
-    inspection_deadline_s: PositiveFloat = Field(default=60.0, description="Longest time for one upload's mesh [s].")
+    inspection_deadline_s: PositiveFloat = Field(
+        default=60.0, description="Longest time to check and prepare one upload [s]."
+    )
     picture_deadline_s: PositiveFloat = Field(
         default=60.0, description="Longest time for one picture, mesh file or set of parallel grasps [s]."
     )

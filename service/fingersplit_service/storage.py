@@ -22,9 +22,11 @@ class Storage:
 
     Attributes:
         root: The directory.
+        cache_bytes: Most that prepared objects may take on disk.
     """
 
     root: Path
+    cache_bytes: int = 2**31
 
     @property
     def database(self) -> Path:
@@ -36,8 +38,13 @@ class Storage:
         """Unfinished files; on the file system of the finished ones, so they can be renamed into place."""
         return self.root / "staging"
 
-    def mesh(self, object_id: str) -> Path:
-        """The checked mesh of an object: arrays ``vertices`` [m] and ``faces``."""
+    @property
+    def cache(self) -> Path:
+        """What was computed of objects, by their ids; it can be deleted at any time and is computed again."""
+        return self.root / "cache"
+
+    def shape(self, object_id: str) -> Path:
+        """The checked mesh or point cloud of an object, in metres, with its options, as arrays."""
         return self.root / "objects" / f"{object_id}.npz"
 
     def mesh_export(self, object_id: str, file_type: str) -> Path:
@@ -49,8 +56,8 @@ class Storage:
         return self.root / "jobs" / job_id
 
     def remove_object(self, object_id: str) -> None:
-        """Delete an object's files."""
-        for path in (self.root / "objects").glob(f"{object_id}.*"):
+        """Delete an object's files and what was computed of it."""
+        for path in (*(self.root / "objects").glob(f"{object_id}.*"), *self.cache.glob(f"*-{object_id}-*")):
             path.unlink(missing_ok=True)
 
     def remove_job(self, job_id: str) -> None:

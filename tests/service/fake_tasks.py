@@ -6,6 +6,7 @@ The seed of a job says how it goes; the module is imported by worker processes t
 import json
 import os
 import signal
+import threading
 import time
 from pathlib import Path
 from typing import Any
@@ -63,10 +64,9 @@ def _record(traces: Path, how: int) -> list[str]:
     return []
 
 
-def generate(
-    _storage: Storage, _object_id: str, _hand: str, count: int, seed: int, _friction: float
-) -> list[dict[str, Any]]:
-    return [{"contacts": [[0.03, 0.0, 0.001 * seed], [-0.03, 0.0, 0.001 * seed]], "approach": [0, 0, -1]}] * count
+def generate(_storage: Storage, _object_id: str, asked: dict[str, Any]) -> list[dict[str, Any]]:
+    z = 0.001 * asked["seed"]
+    return [{"contacts": [[0.03, 0.0, z], [-0.03, 0.0, z]], "approach": [0, 0, -1]}] * asked["count"]
 
 
 def _go(how: int, first: Path, go: Path) -> None:
@@ -97,8 +97,25 @@ def convert(result: str, format_name: str, rank: int | None) -> ExportedFile:
     return ExportedFile(json.dumps({"format": format_name, "rank": rank}).encode(), ".json", "application/json")
 
 
+def decompose(storage: Storage, object_id: str) -> None:
+    """Say what runs where at which priority, and wait while there is a file ``hold``."""
+    priority = os.getpriority(os.PRIO_PROCESS, threading.get_native_id())
+    staged = storage.staged(".json")
+    staged.write_text(json.dumps({"pid": os.getpid(), "priority": priority}))
+    staged.replace(storage.root / f"{object_id}.decomposing")
+    while (storage.root / "hold").exists():
+        time.sleep(0.01)
+
+
 TASKS = Tasks(
-    warm=warm, inspect=inspect_object, generate=generate, plan=plan, draw=draw, export=export_mesh, convert=convert
+    warm=warm,
+    inspect=inspect_object,
+    decompose=decompose,
+    generate=generate,
+    plan=plan,
+    draw=draw,
+    export=export_mesh,
+    convert=convert,
 )
 
 
@@ -124,10 +141,22 @@ def result_document(object_id: str, object_name: str, asked: dict[str, Any]) -> 
         "feasible": feasible,
         "violations": [] if feasible else ["A pad leans too far."],
         "metrics": dict.fromkeys(
-            ("quality", "object_quality", "manipulability", "isotropy", "volume", "ferrari_canny"), 0.5
+            (
+                "holding_margin",
+                "quality",
+                "object_quality",
+                "manipulability",
+                "isotropy",
+                "volume",
+                "ferrari_canny",
+            ),
+            0.5,
         ),
         "termination": "converged" if feasible else "stopped_by_pad_angle",
         "advice": "Nothing to do.",
+        "reason": "It is the only one.",
+        "pregrasp": {"palm": state["palm"], "joints": state["joints"]},
+        "squeeze_joints": {"finger1_base": 1.1},
         "iterations": {"outer": 1, "cpo": 2, "ppo": 3},
         "timings_ms": {f"{phase}_{stage}": 0.1 for phase in ("cpo", "ppo") for stage in stages} | {"total": 0.6},
         "initial": state

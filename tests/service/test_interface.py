@@ -2,14 +2,21 @@
 
 import re
 from dataclasses import fields
+from typing import get_args
 
 import fastapi
 import httpx2
+import numpy as np
 import pytest
 from fake_tasks import TASKS
+from pydantic import ValidationError
 
+from fingersplit.objects.options import ObjectOptions as CoreOptions
+from fingersplit.parallel_grasps.sources import SOURCES
 from fingersplit.splitting.settings import PlannerSettings
-from fingersplit_client.schemas import Problem
+from fingersplit.verification.controllers import CONTROLLERS
+from fingersplit.verification.protocols import available_protocols
+from fingersplit_client.schemas import ControllerName, ObjectOptions, Problem, ProtocolName, SourceName
 from fingersplit_service.app import create_app
 from fingersplit_service.settings import ServiceSettings
 
@@ -65,6 +72,23 @@ async def test_references_lead_somewhere(schema):
 async def test_planner_settings_are_listed(schema):
     text = schema["components"]["schemas"]["JobCreate"]["properties"]["planner"]["description"]
     assert all(f"`{setting.name}`" in text for setting in fields(PlannerSettings))
+
+
+async def test_names_on_the_wire_are_those_of_the_planner():
+    assert get_args(ProtocolName) == tuple(sorted(available_protocols()))
+    assert get_args(ControllerName) == tuple(sorted(CONTROLLERS))
+    assert get_args(SourceName) == tuple(sorted(SOURCES))
+
+
+async def test_options_have_the_planners_ranges():
+    for option in fields(CoreOptions):
+        low, high = option.metadata["low"], option.metadata["high"]
+        for value in (low, high):
+            assert getattr(ObjectOptions(**{option.name: value}), option.name) == value
+        for value in (np.nextafter(low, -np.inf), np.nextafter(high, np.inf)):
+            with pytest.raises(ValidationError):
+                ObjectOptions(**{option.name: value})
+        assert ObjectOptions.model_fields[option.name].default == option.default
 
 
 async def test_requests_have_examples(schema):

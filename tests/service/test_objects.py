@@ -1,6 +1,12 @@
+import numpy as np
 import pytest
 
-from fingersplit_client.schemas import ObjectInfo, Problem
+from fingersplit.objects.options import ObjectOptions as CoreOptions
+from fingersplit.objects.parametric import PARAMETRIC_OBJECTS
+from fingersplit_client.schemas import CloudReport, ObjectInfo, ObjectOptions, Problem
+from fingersplit_service.jobs.stored_objects import keep_object, planner_settings, prepared_object
+from fingersplit_service.storage import Storage
+from mesh_bytes import cloud, cloud_points
 
 pytestmark = pytest.mark.anyio
 
@@ -58,6 +64,77 @@ async def test_a_field_that_is_not_valid_is_named(api, cube, fields, field):
 
     assert response.status_code == 422
     assert [error["field"] for error in response.json()["errors"]] == [field]
+
+
+@pytest.mark.parametrize(
+    ("fields", "field", "hint"),
+    [
+        ({"mass": "-1"}, "/mass", "0"),
+        ({"mass": "much"}, "/mass", "number"),
+        ({"friction": "9"}, "/friction", "5"),
+        ({"fairing": "1"}, "/fairing", "0.05"),
+        ({"density": "nan"}, "/density", "25000"),
+        ({"density": "500", "mass": "1"}, "/mass", "give one of them"),
+        ({"viewpoint": "0,0"}, "/viewpoint", "three numbers"),
+        ({"viewpoint": "0,0,inf"}, "/viewpoint", "three numbers"),
+        ({"viewpoint": "0,0,1"}, "/viewpoint", "holds a mesh"),
+    ],
+)
+async def test_an_option_that_cannot_be_is_named(api, cube, fields, field, hint):
+    response = await api.upload(cube, "cube.off", **{"unit": "cm"} | fields)
+
+    problem = Problem.model_validate_json(response.content)
+    assert response.status_code == problem.status == 422
+    (error,) = problem.errors
+    assert error.field == field
+    assert hint in error.detail
+
+
+async def test_an_object_with_options_is_another_object(api):
+    mesh = api.cube(8)
+    plain, heavy, again, listed = [
+        await api.upload(mesh, "cube.off", unit="cm", **fields)
+        for fields in ({}, {"mass": "0.4", "friction": "0.9"}, {"friction": "0.90", "mass": "0.4"}, {"fairing": "0"})
+    ]
+
+    assert [one.status_code for one in (plain, heavy, again, listed)] == [201, 201, 200, 200]
+    assert heavy.json()["id"] == again.json()["id"] != plain.json()["id"] == listed.json()["id"]
+    assert ObjectInfo.model_validate_json(heavy.content).options == ObjectOptions(mass=0.4, friction=0.9)
+    assert plain.json()["options"] == ObjectOptions().model_dump()
+
+
+async def test_a_point_cloud_is_an_object(api):
+    ball = cloud_points(6000)
+    response = await api.upload(cloud("npz", ball[ball[:, 2] > 0.005]), "scan.npz", viewpoint="0, 0, 0.6")
+
+    info = ObjectInfo.model_validate_json(response.content)
+    assert isinstance(info.report, CloudReport)
+    assert info.report.viewpoint
+    assert info.extents[:2] == pytest.approx((0.1, 0.1), abs=0.02)
+    mesh = await api.http.get(f"/v1/objects/{info.id}/mesh")
+    assert mesh.content.startswith(b"ply")
+
+
+def test_meshes_that_an_older_version_kept_are_objects(tmp_path):
+    storage, mesh = Storage(tmp_path), PARAMETRIC_OBJECTS["cylinder"]()
+    path = storage.shape(mesh.content_hash)
+    path.parent.mkdir()
+    np.savez(path, vertices=mesh.vertices, faces=mesh.faces)
+
+    model = prepared_object(storage, mesh.content_hash, "old")
+    assert (model.name, model.options.mass) == ("old", None)
+    np.testing.assert_array_equal(model.mesh.vertices, mesh.vertices)
+
+
+def test_friction_of_the_object_is_what_the_planner_takes_unless_told(tmp_path):
+    storage = Storage(tmp_path)
+    storage.staging.mkdir()
+    for friction, expected in ((None, 0.6), (0.9, 0.9)):
+        object_id, _ = keep_object(storage, PARAMETRIC_OBJECTS["cylinder"](), CoreOptions(friction=friction))
+        model = prepared_object(storage, object_id, "can")
+        assert model.content_hash == object_id
+        assert planner_settings(model, {"fidelity": "paper"}).friction == expected
+        assert planner_settings(model, {"friction": 0.3}).friction == 0.3
 
 
 async def test_a_file_is_needed(api):

@@ -157,7 +157,7 @@ async def test_the_curve_has_a_value_for_every_state(api):
 
 
 async def test_runs_are_found_by_a_part_of_the_objects_name(api):
-    upload = await api.upload(api.cube(7), "seven.off", unit="cm", name="Blue 100% box_1")
+    upload = await api.upload(api.cube(7.5), "seven.off", unit="cm", name="Blue 100% box_1")
     for _ in range(2):
         body = {"object_id": upload.json()["id"], "seed": NO_GRASP}
         assert (await api.http.post("/v1/jobs", json=body)).status_code == 202

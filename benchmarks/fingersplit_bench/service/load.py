@@ -51,7 +51,7 @@ async def jobs_per_second_without_http(workers: int, jobs: int, starts: int) -> 
     mesh, tasks = cylinder(), Tasks()
     with TemporaryDirectory() as folder:
         storage = Storage(Path(folder))
-        with storage.lock(), storage.atomic(storage.mesh(mesh.content_hash)) as staged:
+        with storage.lock(), storage.atomic(storage.shape(mesh.content_hash)) as staged:
             np.savez(staged, vertices=mesh.vertices, faces=mesh.faces)
         engine = Engine(workers, memory_bytes=2**32, recycle_bytes=2**32, warm=tasks.warm, warm_deadline_s=600)
         engine.start()

@@ -14,6 +14,7 @@ from fingersplit_client.errors import FingersplitClientError, JobFailed, WaitTim
 from fingersplit_client.schemas import (
     Batch,
     BatchCreate,
+    ControllerName,
     Grasp,
     HandInfo,
     Job,
@@ -23,6 +24,8 @@ from fingersplit_client.schemas import (
     JobVerification,
     ParallelGrasp,
     PlanResult,
+    ProtocolName,
+    SourceName,
 )
 
 __all__ = [
@@ -61,13 +64,14 @@ class PlanOptions(TypedDict, total=False):
     hand: str
     parallel_grasps: list[ParallelGrasp] | None
     parallel_grasp_set: str | None
+    source: SourceName
     starts: int
     seed: int
     top_k: int
-    planner: dict[str, bool | int | float]
+    planner: dict[str, bool | int | float | str]
     verified: int
-    protocol: str
-    controller: str
+    protocol: ProtocolName
+    controller: ControllerName
     verify_initial: bool
     recording: bool
     priority: int

@@ -9,6 +9,7 @@ from fingersplit_client._protocol import Flow, dump, exchange, given, parse, par
 from fingersplit_client.errors import FingersplitClientError
 from fingersplit_client.schemas import (
     ObjectInfo,
+    ObjectOptions,
     ObjectPage,
     ParallelGrasp,
     ParallelGraspsCreate,
@@ -33,8 +34,15 @@ __all__ = [
 _SETS = TypeAdapter(list[ParallelGraspSetInfo])
 
 
-def upload_object(mesh: Path | str | bytes, unit: str, name: str | None, file_type: str | None) -> Flow[ObjectInfo]:
-    """Upload a mesh file, or its bytes and their type."""
+def upload_object(
+    mesh: Path | str | bytes,
+    unit: str,
+    name: str | None,
+    file_type: str | None,
+    options: ObjectOptions | None = None,
+    viewpoint: Sequence[float] | None = None,
+) -> Flow[ObjectInfo]:
+    """Upload the file of a mesh or point cloud, or its bytes and their type."""
     if isinstance(mesh, bytes):
         if file_type is None:
             raise FingersplitClientError("Bytes do not say what they are: give file_type, such as 'stl' or 'ply'.")
@@ -46,8 +54,11 @@ def upload_object(mesh: Path | str | bytes, unit: str, name: str | None, file_ty
             f".{file_type.lstrip('.')}" if file_type else path.suffix,
             path.read_bytes(),
         )
+    fields = {} if options is None else {key: str(value) for key, value in given(**options.model_dump()).items()}
+    if viewpoint is not None:
+        fields["viewpoint"] = ",".join(f"{float(number)!r}" for number in viewpoint)
     arguments = {
-        "data": {"unit": unit, "name": name or stem},
+        "data": {"unit": unit, "name": name or stem} | fields,
         "files": {"file": (stem + suffix, content, "application/octet-stream")},
     }
     response = yield from exchange("POST", "/v1/objects", **arguments)

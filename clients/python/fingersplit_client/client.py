@@ -20,6 +20,7 @@ from fingersplit_client.schemas import (
     JobState,
     JobVerification,
     ObjectInfo,
+    ObjectOptions,
     ObjectPage,
     ParallelGrasp,
     ParallelGraspSet,
@@ -79,16 +80,20 @@ class Client:
         unit: str = "m",
         name: str | None = None,
         file_type: str | None = None,
+        options: ObjectOptions | None = None,
+        viewpoint: Sequence[float] | None = None,
     ) -> ObjectInfo:
-        """Upload a mesh; the same mesh is always the same object.
+        """Upload a mesh or a point cloud; the same one with the same options is always the same object.
 
         Args:
             mesh: A file, or the bytes of one.
             unit: Length unit of the file: ``"m"``, ``"mm"``, ``"cm"`` or ``"in"``.
             name: Name for people; by default that of the file.
             file_type: Format, such as ``"stl"``; by default the file's suffix. Needed with bytes.
+            options: Mass, friction and what else is known of the object.
+            viewpoint: Where the camera stood that saw a point cloud, in the file's frame and unit.
         """
-        return self._run(_objects.upload_object(mesh, unit, name, file_type))
+        return self._run(_objects.upload_object(mesh, unit, name, file_type, options, viewpoint))
 
     def get_object(self, object_id: str) -> ObjectInfo:
         """One object and what was found in its file."""

@@ -40,7 +40,13 @@ async def get_verification(runtime: RuntimeDependency, principal: Reader, job_id
         asked=json.loads(row.request)["verified"],
         verified=row.verified or 0,
         grasps=[
-            GraspVerification(rank=grasp["rank"], verification=grasp["verification"])
+            GraspVerification.model_validate(
+                {
+                    "rank": grasp["rank"],
+                    "verification": grasp["verification"],
+                    "initial": grasp["initial"].get("verification"),
+                }
+            )
             for grasp in grasps
             if grasp["verification"] is not None
         ],

@@ -47,6 +47,10 @@ _EXAMPLES: Any = {
             "planner": {"pad_angle_limit": 0.5},
         },
     },
+    "verified": {
+        "summary": "Simulate the ranked grasps until one has held",
+        "value": {"object_id": "0f1e2d3c4b5a69788796a5b4c3d2e1f0", "starts": 64, "verified": 1, "protocol": "lift"},
+    },
 }
 _ENDED: dict[int | str, dict[str, Any]] = {200: {"model": Job, "description": "The job has ended."}}
 _NOT_ENDED: dict[int | str, dict[str, Any]] = {

@@ -1,18 +1,22 @@
-"""Objects: upload a mesh, list, get, export, delete."""
+"""Objects: upload a mesh or point cloud, list, get, export, delete."""
 
 import asyncio
+import math
 import shutil
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from fastapi import APIRouter, File, Form, Query, Response, UploadFile
+from fastapi import APIRouter, Depends, File, Form, Query, Response, UploadFile
 from fastapi.responses import FileResponse
 
-from fingersplit.errors import MeshError
-from fingersplit_client.schemas import CloudReport, IntakeReport, ObjectInfo, ObjectPage, Unit
+from fingersplit.errors import MeshError, SettingsError
+from fingersplit.objects.options import ObjectOptions as CoreOptions
+from fingersplit_client.schemas import CloudReport, IntakeReport, ObjectInfo, ObjectOptions, ObjectPage, Unit, Vector3
+from fingersplit_client.schemas.resources import Density, Fairing, Friction, Mass
 from fingersplit_service.endpoints.documents import Cursor, Limit, ObjectId, known_object, next_cursor, place
 from fingersplit_service.jobs.engine import DeadlineExceeded, WorkerDied
+from fingersplit_service.jobs.tasks import Upload
 from fingersplit_service.openapi import problem_answers
 from fingersplit_service.problems import ProblemError, ProblemKind
 from fingersplit_service.runtime import Runtime, RuntimeDependency
@@ -25,7 +29,10 @@ router = APIRouter(tags=["objects"])
 _PRINTABLE = r"^[^\x00-\x1f\x7f]*$"
 
 _KNOWN_ALREADY: dict[int | str, dict[str, Any]] = {
-    200: {"model": ObjectInfo, "description": "The same mesh is here already; this is its object."}
+    200: {
+        "model": ObjectInfo,
+        "description": "The same shape with the same options is here already; this is its object.",
+    }
 }
 
 
@@ -35,13 +42,53 @@ class _MeshResponse(FileResponse):
     media_type = "application/octet-stream"
 
 
+def _option(name: str) -> Any:
+    return Form(description=ObjectOptions.model_fields[name].description)
+
+
+def _options(
+    density: Annotated[Density | None, _option("density")] = None,
+    mass: Annotated[Mass | None, _option("mass")] = None,
+    friction: Annotated[Friction | None, _option("friction")] = None,
+    fairing: Annotated[Fairing, _option("fairing")] = 0.0,
+) -> ObjectOptions:
+    """What the form says of the object beside its shape."""
+    try:
+        CoreOptions(density, mass, friction, fairing)
+    except SettingsError as error:  # each is within its range, so it is their combination
+        raise ProblemError(ProblemKind.INVALID_REQUEST, str(error), field="/mass") from error
+    return ObjectOptions(density=density, mass=mass, friction=friction, fairing=fairing)
+
+
+def _viewpoint(
+    viewpoint: Annotated[
+        str | None,
+        Form(
+            description="Where the camera stood that saw a point cloud: x,y,z in the file's frame and unit.",
+            max_length=200,
+        ),
+    ] = None,
+) -> Vector3 | None:
+    """The camera's place of a form."""
+    if viewpoint is None:
+        return None
+    try:
+        x, y, z = (float(number) for number in viewpoint.split(","))
+    except ValueError:
+        x = y = z = math.nan
+    if not all(map(math.isfinite, (x, y, z))):
+        detail = f"The viewpoint is {viewpoint!r}; it must be three numbers, such as 0,0,0.6."
+        raise ProblemError(ProblemKind.INVALID_REQUEST, detail, field="/viewpoint")
+    return x, y, z
+
+
 _PROBLEMS = problem_answers(ProblemKind.NOT_FOUND, ProblemKind.INVALID_REQUEST)
 
 
 @router.post(
     PATH,
     status_code=201,
-    summary="Upload a mesh",
+    summary="Upload a mesh or point cloud",
     responses=_KNOWN_ALREADY
     | problem_answers(
         ProblemKind.UNKNOWN_FORMAT,
@@ -53,16 +100,18 @@ async def upload_object(
     runtime: RuntimeDependency,
     principal: Planner,
     response: Response,
-    file: Annotated[UploadFile, File(description="The mesh file; its name's suffix says the format.")],
+    file: Annotated[UploadFile, File(description="The file; its name's suffix says the format.")],
+    described: Annotated[ObjectOptions, Depends(_options)],
+    viewpoint: Annotated[Vector3 | None, Depends(_viewpoint)],
     unit: Annotated[Unit, Form(description="Length unit of the file.")] = "m",
     name: Annotated[
         str, Form(description="Name for people; by default that of the file.", max_length=200, pattern=_PRINTABLE)
     ] = "",
 ) -> ObjectInfo:
-    """Check a mesh and keep it. The object frame is the frame of the file; everything is converted to metres.
+    """Check a mesh or a point cloud and keep it. The object frame is the frame of the file; all is converted to metres.
 
-    A worker process reads the file. What it repaired stands in the report; what cannot be a graspable object
-    is refused, with the fault's short name in `code`.
+    A worker process reads the file and prepares the object. What it repaired stands in the report; what cannot be a
+    graspable object is refused, with the fault's short name in `code`.
     """
     filename = Path(file.filename or "object")
     suffix = filename.suffix.lower()
@@ -72,17 +121,20 @@ async def upload_object(
             f"The file's name, {file.filename!r}, has no suffix that says its format.",
             field="/file",
         )
-    upload = runtime.storage.staged(suffix)
+    upload = Upload(runtime.storage.staged(suffix), unit, described.model_dump(), viewpoint)
     try:
-        await asyncio.to_thread(_save, file, upload)
-        found = await _inspect(runtime, upload, unit)
+        await asyncio.to_thread(_save, file, upload.path)
+        found = await _inspect(runtime, upload)
     finally:
-        upload.unlink(missing_ok=True)
+        upload.path.unlink(missing_ok=True)
     name = name or "".join(letter for letter in filename.stem if letter.isprintable())[:200]
     info = ObjectInfo(name=name, unit=unit, created_at=datetime.now(UTC), **found)
     if not await runtime.objects.add(principal.owner, info):
         response.status_code = 200
         info = ObjectInfo.model_validate_json(await known_object(runtime, principal, info.id))
+    else:
+        deadline = runtime.settings.plan_deadline_s
+        runtime.engine.run_idly(runtime.tasks.decompose, runtime.storage, info.id, deadline_s=deadline)
     response.headers["Location"] = f"{PATH}/{info.id}"
     return info
 
@@ -158,17 +210,19 @@ def _save(file: UploadFile, path: Path) -> None:
         shutil.copyfileobj(file.file, target, length=1 << 20)
 
 
-async def _inspect(runtime: Runtime, upload: Path, unit: Unit) -> dict[str, Any]:
+async def _inspect(runtime: Runtime, upload: Upload) -> dict[str, Any]:
     """What a worker says of an uploaded file; a file it cannot digest is the sender's fault, not ours."""
     deadline = runtime.settings.inspection_deadline_s
     try:
-        return await runtime.engine.answer(runtime.tasks.inspect, runtime.storage, upload, unit, deadline_s=deadline)
+        return await runtime.engine.answer(runtime.tasks.inspect, runtime.storage, upload, deadline_s=deadline)
     except MeshError as error:
+        if error.code == "needless_viewpoint":
+            raise ProblemError(ProblemKind.INVALID_REQUEST, str(error), field="/viewpoint", code=error.code) from error
         kind = ProblemKind.UNKNOWN_FORMAT if error.code == "unknown_format" else ProblemKind.INVALID_MESH
         raise ProblemError(kind, str(error), field="/file", code=error.code) from error
     except DeadlineExceeded as error:
-        detail = f"Checking the mesh took longer than {deadline:g} s; simplify it."
+        detail = f"Checking the file took longer than {deadline:g} s; simplify it."
         raise ProblemError(ProblemKind.INVALID_MESH, detail, field="/file", code="too_complex") from error
     except (MemoryError, WorkerDied) as error:
-        detail = "Checking the mesh took more memory than a worker may have; simplify it."
+        detail = "Checking the file took more memory than a worker may have; simplify it."
         raise ProblemError(ProblemKind.INVALID_MESH, detail, field="/file", code="too_complex") from error

@@ -110,7 +110,7 @@ async def accept(
     except UnknownObject as error:
         index, object_id = error.args
         field = "/object_id" if batch_id is None else f"/jobs/{index}/object_id"
-        detail = f"There is no object {object_id!r}; upload its mesh to /v1/objects first."
+        detail = f"There is no object {object_id!r}; upload it to /v1/objects first."
         raise ProblemError(ProblemKind.INVALID_REQUEST, detail, field=field) from error
     except QueueFull as error:
         limit = runtime.settings.max_queued_jobs

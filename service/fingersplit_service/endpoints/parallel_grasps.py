@@ -47,7 +47,7 @@ async def generate(
     asked: ParallelGraspsGenerate,
     response: Response,
 ) -> ParallelGraspSet:
-    """Find antipodal pairs of contacts on an object that fit a hand's opening, and keep them as a set."""
+    """Find two-contact grasps of an object that fit a hand's opening, and keep them as a set."""
     await known_object(runtime, principal, object_id)
     hands = [hand.name for hand in runtime.hands()]
     if asked.hand not in hands:
@@ -58,10 +58,7 @@ async def generate(
             runtime.tasks.generate,
             runtime.storage,
             object_id,
-            asked.hand,
-            asked.count,
-            asked.seed,
-            asked.friction,
+            asked.model_dump(),
             deadline_s=runtime.settings.picture_deadline_s,
             object_id=object_id,
         )

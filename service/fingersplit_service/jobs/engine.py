@@ -4,7 +4,7 @@ import asyncio
 import heapq
 import itertools
 import logging
-from collections import OrderedDict
+from collections import OrderedDict, deque
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from enum import IntEnum
@@ -12,6 +12,7 @@ from typing import Any, TypeVar
 
 from fingersplit_service.jobs.slot import DeadlineExceeded, ReportHandler, WorkerDied, WorkerSlot
 from fingersplit_service.jobs.tasks import Warmth
+from fingersplit_service.jobs.worker import execute_idly
 
 __all__ = ["DeadlineExceeded", "Engine", "Priority", "ReportHandler", "Turn", "WorkerDied"]
 
@@ -91,6 +92,8 @@ class Engine:
         self._warm_slots: set[WorkerSlot] = set()
         self._was_warm = asyncio.Event()  # once as many were warm as work at once
         self._keepers: list[asyncio.Task[None]] = []
+        self._idle_work = deque[tuple[Callable[..., Any], tuple[Any, ...], float]]()
+        self._idlers: set[asyncio.Task[None]] = set()
 
     @property
     def ready(self) -> bool:
@@ -112,10 +115,12 @@ class Engine:
         self._keepers = [asyncio.create_task(self._keep(place, slot)) for place, slot in enumerate(self._slots)]
 
     async def stop_refilling(self) -> None:
-        """Start no more workers."""
-        for keeper in self._keepers:
-            keeper.cancel()
-        await asyncio.gather(*self._keepers, return_exceptions=True)
+        """Start no more workers, and end what nobody waits for."""
+        self._idle_work.clear()
+        ending = [*self._keepers, *self._idlers]
+        for task in ending:
+            task.cancel()
+        await asyncio.gather(*ending, return_exceptions=True)
 
     async def stop(self) -> None:
         """Kill every worker."""
@@ -141,6 +146,15 @@ class Engine:
                 turn.prefer(object_id)
             return await turn.worker.run(function, *arguments, deadline_s=deadline_s)
 
+    def run_idly(self, function: Callable[..., Any], *arguments: Any, deadline_s: float) -> None:
+        """Have something done that nobody waits for, such as work in advance; it may also never be done.
+
+        It is done by spare workers only, at the lowest priority, one after the other on each, and while it is done as
+        many others are free as may begin to work. Without spare workers it waits for ever.
+        """
+        self._idle_work.append((function, arguments, deadline_s))
+        self.serve_next()
+
     def exchange(self, slot: WorkerSlot, object_id: str) -> WorkerSlot:
         """A worker that has worked on an object: the given one, else a free one, else the given one all the same."""
         if object_id not in self._objects[slot]:
@@ -164,12 +178,27 @@ class Engine:
         self._free.append(slot)
 
     def serve_next(self) -> None:
-        """Give free workers to those who wait, as many as may work at once."""
+        """Give free workers to those who wait, as many as may work at once, and idle work to the spare ones."""
         while self._waiting and self._free and self._active < self._workers:
             _, _, turn = heapq.heappop(self._waiting)
             if not turn.done():
                 self._active += 1
                 turn.set_result(self._free.pop())
+        while self._idle_work and len(self._free) > self._workers - self._active:
+            # The one that has been free longest: the others may have a job's object ready.
+            idler = asyncio.create_task(self._idle(Turn(self, self._free.pop(0)), *self._idle_work.popleft()))
+            self._idlers.add(idler)
+            idler.add_done_callback(self._idlers.discard)
+
+    async def _idle(
+        self, turn: Turn, function: Callable[..., Any], arguments: tuple[Any, ...], deadline_s: float
+    ) -> None:
+        try:
+            await turn.worker.run(execute_idly, function, *arguments, deadline_s=deadline_s)
+        except Exception as error:
+            _log.warning("%s was given up: %r", function.__name__, error)
+        finally:
+            turn.end()
 
     async def _keep(self, place: int, slot: WorkerSlot) -> None:
         """Fill one slot, again and again as its processes die."""

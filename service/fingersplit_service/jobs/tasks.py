@@ -4,8 +4,6 @@ The planner is imported inside the functions, so that only workers load it: the 
 and starts fast. What goes in and comes out is plain and small; meshes and traces travel as files.
 """
 
-import importlib
-import importlib.util
 import json
 import sys
 import time
@@ -14,9 +12,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fingersplit.errors import FingersplitError
 from fingersplit_service.findings import Finding
-from fingersplit_service.jobs.stored_objects import prepared_object, stored_mesh
+from fingersplit_service.jobs.stored_objects import convex_pieces, keep_object, planner_settings, prepared_object
 from fingersplit_service.jobs.views import ExportedFile, ViewOrder, convert_result, draw_view
 from fingersplit_service.jobs.worker import report_progress
 from fingersplit_service.storage import Storage
@@ -26,6 +23,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "ConvertTask",
+    "DecomposeTask",
     "DrawTask",
     "ExportTask",
     "GenerateTask",
@@ -34,8 +32,10 @@ __all__ = [
     "JobOutcome",
     "PlanTask",
     "Tasks",
+    "Upload",
     "WarmTask",
     "Warmth",
+    "decompose_object",
     "export_mesh",
     "generate_parallel_grasps",
     "inspect_object",
@@ -54,6 +54,23 @@ class Warmth:
 
     hands: list[dict[str, Any]]
     compiled: bool = False
+
+
+@dataclass(frozen=True)
+class Upload:
+    """An uploaded file for a worker to check.
+
+    Attributes:
+        path: The file; its suffix is its format.
+        unit: Length unit of the file.
+        options: ``ObjectOptions`` document.
+        viewpoint: Where the camera of a point cloud stood, in the file's frame and unit.
+    """
+
+    path: Path
+    unit: str
+    options: dict[str, Any]
+    viewpoint: tuple[float, float, float] | None = None
 
 
 @dataclass(frozen=True)
@@ -96,55 +113,53 @@ def _has_compiled() -> bool:
     return any(kernel.stats.cache_misses for kernel in kernels)
 
 
-def inspect_object(storage: Storage, upload: Path, unit: str) -> dict[str, Any]:
-    """Check an uploaded mesh file and keep the checked mesh.
-
-    Args:
-        storage: The data directory.
-        upload: The file; its suffix is its format.
-        unit: Length unit of the file.
+def inspect_object(storage: Storage, upload: Upload) -> dict[str, Any]:
+    """Check an uploaded file, and keep and prepare the mesh or point cloud in it.
 
     Returns:
-        What ``ObjectInfo`` says of the mesh.
+        What ``ObjectInfo`` says of the object.
 
     Raises:
         MeshError: The file is no graspable object.
     """
-    import numpy as np
+    from fingersplit.objects.intake import load_object
+    from fingersplit.objects.options import ObjectOptions
 
-    from fingersplit.objects.intake import load_mesh
-
-    mesh, report = load_mesh(upload, unit)
-    path = storage.mesh(mesh.content_hash)
-    if not path.exists():
-        with storage.atomic(path) as staged:
-            np.savez(staged, vertices=mesh.vertices, faces=mesh.faces)
+    options = ObjectOptions.from_document(upload.options)
+    shape, report = load_object(upload.path, upload.unit, upload.viewpoint)
+    object_id, model = keep_object(storage, shape, options)
     return {
-        "id": mesh.content_hash,
-        "extents": mesh.extents.tolist(),
-        "volume": mesh.volume,
-        "center_of_mass": mesh.center_of_mass.tolist(),
+        "id": object_id,
+        "extents": model.mesh.extents.tolist(),
+        "volume": model.mass_properties.volume,
+        "center_of_mass": model.center_of_mass.tolist(),
+        "options": options.to_document(),
         "report": report.to_document(),
     }
 
 
-def generate_parallel_grasps(
-    storage: Storage, object_id: str, hand: str, count: int, seed: int, friction: float
-) -> list[dict[str, Any]]:
-    """Find antipodal parallel grasps of an object that fit a hand's opening; their documents."""
+def decompose_object(storage: Storage, object_id: str) -> None:
+    """Compute an object's convex pieces before a job needs them, unless it was deleted meanwhile."""
+    if storage.shape(object_id).exists():
+        convex_pieces(storage, object_id)
+    if not storage.shape(object_id).exists():
+        storage.remove_object(object_id)
+
+
+def generate_parallel_grasps(storage: Storage, object_id: str, asked: dict[str, Any]) -> list[dict[str, Any]]:
+    """Find parallel grasps of an object that fit a hand's opening, as a ``ParallelGraspsGenerate`` document says."""
     import numpy as np
 
     from fingersplit.hands.hand import load_hand
-    from fingersplit.parallel_grasps.antipodal import sample_antipodal
-    from fingersplit.parallel_grasps.sources import APPROACHES
+    from fingersplit.parallel_grasps.sources import find_parallel_grasps
 
-    grasps = sample_antipodal(
+    grasps = find_parallel_grasps(
         prepared_object(storage, object_id, object_id),
-        count,
-        friction=friction,
-        opening=load_hand(hand).gripper.opening,
-        approaches=APPROACHES,
-        rng=np.random.default_rng(seed),
+        2 * asked["count"],  # a pair is two starts, one for either assignment of the fingers
+        source=asked["source"],
+        friction=asked["friction"],
+        opening=load_hand(asked["hand"]).gripper.opening,
+        rng=np.random.default_rng(asked["seed"]),
     )
     return [grasp.to_document() for grasp in grasps]
 
@@ -154,23 +169,26 @@ def plan_job(storage: Storage, order: JobOrder) -> JobOutcome:
     from fingersplit.hands.hand import load_hand
     from fingersplit.parallel_grasps.parallel_grasp import ParallelGrasp
     from fingersplit.planning import plan
-    from fingersplit.splitting.settings import PlannerSettings
 
     asked = json.loads(order.request)
     time_to_verify = time.monotonic() + _SHARE_OF_DEADLINE * order.deadline_s
     report_progress("preparing", 0.0)
+    model = prepared_object(storage, order.object_id, order.object_name)
+    settings = planner_settings(model, asked["planner"])
     grasps = asked["parallel_grasps"]
     planned = plan(
-        prepared_object(storage, order.object_id, order.object_name),
+        model,
         load_hand(asked["hand"]),
         None if grasps is None else [ParallelGrasp.from_document(grasp) for grasp in grasps],
+        source=asked.get("source", "antipodal"),  # which jobs that an older version queued do not name
         starts=asked["starts"],
         seed=asked["seed"],
         top_k=asked["top_k"],
-        settings=PlannerSettings.from_document(asked["planner"]),
+        settings=settings,
         progress=report_progress,
     )
-    planned = verify_plan(planned, asked, time_to_verify - time.monotonic())
+    if asked["verified"]:
+        planned = verify_plan(storage, order.object_id, planned, asked, settings.friction, time_to_verify)
     warnings = keep_recording(storage, order.job_id, planned) if asked["recording"] else []
     document = planned.to_document()
     ranked = document["grasps"]
@@ -186,29 +204,25 @@ def plan_job(storage: Storage, order: JobOrder) -> JobOutcome:
     return JobOutcome(finding, document["timings_ms"], simulated)
 
 
-def verify_plan(planned: "Plan", asked: dict[str, Any], seconds: float) -> "Plan":
-    """Simulate ranked grasps until as many have held as the job asks for, or the time is over.
+def verify_plan(
+    storage: Storage, object_id: str, planned: "Plan", asked: dict[str, Any], friction: float, until: float
+) -> "Plan":
+    """Simulate ranked grasps until as many have held as the job asks for, or the monotonic clock says ``until``."""
+    from fingersplit.proving import prove
 
-    Raises:
-        FingersplitError: The installed planner cannot verify.
-    """
-    if not asked["verified"]:
-        return planned
-    if importlib.util.find_spec("fingersplit.proving") is None:
-        raise FingersplitError("The installed planner cannot verify grasps; ask for verified: 0.")
-    proving = importlib.import_module("fingersplit.proving")
-    convex_pieces = importlib.import_module("fingersplit.objects.convex_pieces")
+    report_progress("convex_pieces", 0.0)
+    pieces = convex_pieces(storage, object_id)
     report_progress("verifying", 0.0)
-    proven: Plan = proving.prove(
+    return prove(
         planned,
-        convex_pieces.decompose(planned.model.mesh),
+        pieces,
         verified=asked["verified"],
         protocol=asked["protocol"],
         controller=asked["controller"],
-        deadline=max(0.0, seconds),
+        friction=friction,
+        deadline=max(0.0, until - time.monotonic()),
         initial=asked["verify_initial"],
     )
-    return proven
 
 
 def keep_recording(storage: Storage, job_id: str, planned: "Plan") -> list[str]:
@@ -222,14 +236,15 @@ def keep_recording(storage: Storage, job_id: str, planned: "Plan") -> list[str]:
 
 
 def export_mesh(storage: Storage, object_id: str, file_type: str) -> None:
-    """Write an object's checked mesh, in metres, as a file of a common format."""
+    """Write an object's prepared mesh, in metres, as a file of a common format."""
     with storage.atomic(storage.mesh_export(object_id, file_type)) as staged:
-        stored_mesh(storage, object_id).trimesh.export(staged, file_type=file_type)
+        prepared_object(storage, object_id, object_id).mesh.trimesh.export(staged, file_type=file_type)
 
 
 WarmTask = Callable[[], Warmth]
-InspectTask = Callable[[Storage, Path, str], dict[str, Any]]
-GenerateTask = Callable[[Storage, str, str, int, int, float], list[dict[str, Any]]]
+InspectTask = Callable[[Storage, Upload], dict[str, Any]]
+DecomposeTask = Callable[[Storage, str], None]
+GenerateTask = Callable[[Storage, str, dict[str, Any]], list[dict[str, Any]]]
 PlanTask = Callable[[Storage, JobOrder], JobOutcome]
 DrawTask = Callable[[Storage, ViewOrder], None]
 ConvertTask = Callable[[str, str, int | None], ExportedFile]
@@ -242,6 +257,7 @@ class Tasks:
 
     warm: WarmTask = warm
     inspect: InspectTask = inspect_object
+    decompose: DecomposeTask = decompose_object
     generate: GenerateTask = generate_parallel_grasps
     plan: PlanTask = plan_job
     draw: DrawTask = draw_view

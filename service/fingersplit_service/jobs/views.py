@@ -4,7 +4,7 @@ import json
 from dataclasses import dataclass
 from typing import Literal
 
-from fingersplit_service.jobs.stored_objects import prepared_object, stored_mesh
+from fingersplit_service.jobs.stored_objects import planner_settings, prepared_object
 from fingersplit_service.storage import Storage
 
 __all__ = ["ExportedFile", "ViewName", "ViewOrder", "convert_result", "draw_view"]
@@ -15,14 +15,14 @@ ViewName = Literal["picture.png", "thumbnail.webp", "animation.webp", "recording
 
 @dataclass(frozen=True)
 class ViewOrder:
-    """A view of one grasp for a worker to make; the friction coefficient is that of the planner."""
+    """A view of one grasp for a worker to make; the friction is what the job says, None for the default."""
 
     name: ViewName
     job_id: str
     rank: int
     object_id: str
     object_name: str
-    friction: float
+    friction: float | None
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,8 @@ def draw_view(storage: Storage, order: ViewOrder) -> None:
     """Make what somebody wants to look at out of the traces that a job kept."""
     from fingersplit.recording import stored
 
-    mesh, traces = stored_mesh(storage, order.object_id), storage.traces(order.job_id)
+    model = prepared_object(storage, order.object_id, order.object_name)
+    mesh, traces = model.mesh, storage.traces(order.job_id)
     with storage.atomic(storage.view(order.job_id, order.rank, order.name), durable=False) as staged:
         if order.name == "picture.png":
             stored.draw_stored(traces, mesh, order.rank, staged)
@@ -59,5 +60,5 @@ def draw_view(storage: Storage, order: ViewOrder) -> None:
         elif order.name == "animation.webp":
             stored.animate_stored(traces, mesh, order.rank, staged)
         else:
-            model = prepared_object(storage, order.object_id, order.object_name)
-            stored.record_stored(traces, model, order.rank, staged, order.friction)
+            friction = planner_settings(model, {} if order.friction is None else {"friction": order.friction}).friction
+            stored.record_stored(traces, model, order.rank, staged, friction)

@@ -8,18 +8,21 @@ import os
 import resource
 import signal
 import sys
+import threading
 import time
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from typing import Any, TypeVar
 
-__all__ = ["Birth", "Report", "begin", "execute", "report_progress"]
+__all__ = ["Birth", "Report", "begin", "execute", "execute_idly", "report_progress"]
 
 Returned = TypeVar("Returned")
 
 _PR_SET_PDEATHSIG = 1
 _REPORT_INTERVAL = 0.05  # [s]
+_LEAST_PRIORITY = 19
 
 
 @dataclass(frozen=True)
@@ -77,6 +80,20 @@ def execute(call: int, function: Callable[..., Returned], arguments: tuple[Any, 
     """Run one call; what it reports carries its number."""
     _reporter.call, _reporter.stage, _reporter.next_time = call, "", 0.0
     return function(*arguments)
+
+
+def execute_idly(function: Callable[..., Returned], *arguments: Any) -> Returned:
+    """Run a function at the lowest priority of the operating system.
+
+    It runs in a thread of its own: Linux has a priority for each, and a process could not get its own back.
+    """
+    with ThreadPoolExecutor(1, initializer=_step_back) as pool:
+        return pool.submit(function, *arguments).result()
+
+
+def _step_back() -> None:
+    if sys.platform == "linux":
+        os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), _LEAST_PRIORITY)
 
 
 def report_progress(stage: str, progress: float) -> None:

@@ -12,7 +12,6 @@ import numpy as np
 from fastapi import APIRouter
 from fastapi.responses import FileResponse
 
-from fingersplit.splitting.settings import PlannerSettings
 from fingersplit_client.schemas import GraspCurve
 from fingersplit_service.endpoints.documents import JobId, Rank, known_job
 from fingersplit_service.endpoints.grasps import job_grasp, job_grasps
@@ -136,12 +135,12 @@ async def _view(runtime: Runtime, principal: Principal, job_id: str, rank: int, 
 async def _order(runtime: Runtime, principal: Principal, job_id: str, rank: int, name: ViewName) -> ViewOrder:
     await job_grasp(runtime, principal, job_id, rank)
     row, _ = await known_job(runtime, principal, job_id)
-    friction = json.loads(row.request)["planner"].get("friction", PlannerSettings.friction)
-    return ViewOrder(name, job_id, rank, row.object_id, row.object_name, float(friction))
+    friction = json.loads(row.request)["planner"].get("friction")
+    return ViewOrder(name, job_id, rank, row.object_id, row.object_name, friction)
 
 
 def _check_possible(runtime: Runtime, order: ViewOrder) -> None:
-    for needed in (runtime.storage.mesh(order.object_id), runtime.storage.traces(order.job_id)):
+    for needed in (runtime.storage.shape(order.object_id), runtime.storage.traces(order.job_id)):
         if not needed.exists():
             detail = "It cannot be made: the object or the record of the search is not kept any more."
             raise ProblemError(ProblemKind.GONE, detail)

@@ -4,10 +4,11 @@ Lengths are in metres, angles in radians, forces in newtons. Points and directio
 the frame of the uploaded mesh; quaternions are ``wxyz``. Surface normals point out of the object.
 """
 
-from fingersplit_client.schemas.base import Document, Quaternion, Unit, Vector3
+from fingersplit_client.schemas.base import Document, Quaternion, SourceName, Unit, Vector3
 from fingersplit_client.schemas.jobs import (
     Batch,
     BatchCreate,
+    ControllerName,
     GraspCurve,
     GraspVerification,
     Job,
@@ -17,6 +18,7 @@ from fingersplit_client.schemas.jobs import (
     JobState,
     JobSummary,
     JobVerification,
+    ProtocolName,
 )
 from fingersplit_client.schemas.plan import (
     Contact,
@@ -66,6 +68,7 @@ __all__ = [
     "BatchCreate",
     "CloudReport",
     "Contact",
+    "ControllerName",
     "Document",
     "Grasp",
     "GraspCurve",
@@ -102,10 +105,12 @@ __all__ = [
     "PlannedObject",
     "Problem",
     "Proof",
+    "ProtocolName",
     "Quaternion",
     "Readiness",
     "SessionCreate",
     "SessionInfo",
+    "SourceName",
     "Termination",
     "Unit",
     "Vector3",

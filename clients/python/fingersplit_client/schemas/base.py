@@ -4,14 +4,16 @@ from typing import Literal
 
 from pydantic import BaseModel, ConfigDict
 
-__all__ = ["Document", "Quaternion", "Unit", "Vector3"]
+__all__ = ["Document", "Quaternion", "SourceName", "Unit", "Vector3"]
 
 Vector3 = tuple[float, float, float]
 """Three numbers along x, y, z."""
 Quaternion = tuple[float, float, float, float]
 """A unit quaternion, w first."""
 Unit = Literal["m", "mm", "cm", "in"]
-"""Length units a mesh file may be written in."""
+"""Length units the file of an object may be written in."""
+SourceName = Literal["antipodal", "both", "surface_fitting"]
+"""Where parallel grasps can come from when none are given."""
 
 
 class Document(BaseModel):

@@ -3,14 +3,16 @@
 from datetime import datetime
 from typing import Annotated, Literal
 
-from pydantic import Field, JsonValue
+from pydantic import Field
 
-from fingersplit_client.schemas.base import Document
+from fingersplit_client.schemas.base import Document, SourceName
 from fingersplit_client.schemas.plan import ParallelGrasp, PlanResult
+from fingersplit_client.schemas.verification import Verification
 
 __all__ = [
     "Batch",
     "BatchCreate",
+    "ControllerName",
     "GraspCurve",
     "GraspVerification",
     "Job",
@@ -20,10 +22,18 @@ __all__ = [
     "JobState",
     "JobSummary",
     "JobVerification",
+    "ProtocolName",
 ]
 
 JobState = Literal["queued", "running", "succeeded", "failed", "cancelled"]
 """Where a job stands; the last three are final."""
+
+
+ProtocolName = Literal["gravity_six", "lift", "shake", "six_direction", "six_direction_hard"]
+"""What grasps can be tried with in simulation."""
+
+ControllerName = Literal["squeeze", "virtual_frame"]
+"""How the hand can be controlled in simulation."""
 
 
 class JobCreate(Document):
@@ -41,6 +51,7 @@ class JobCreate(Document):
         description="Id of a stored set of parallel grasps of the object to start from, instead of giving them here.",
         max_length=64,
     )
+    source: SourceName = Field(default="antipodal", description="Where parallel grasps come from when none are given.")
     starts: int = Field(default=64, ge=1, le=4096, description="How many starts to run at most.")
     seed: int = Field(
         default=0,
@@ -49,16 +60,16 @@ class JobCreate(Document):
         description="Seed of every random choice; the same seed gives the same result.",
     )
     top_k: int = Field(default=10, ge=1, le=100, description="How many grasps to return at most, best first.")
-    planner: dict[str, bool | int | float] = Field(
+    planner: dict[str, bool | int | float | str] = Field(
         default={},
         description="Planner settings that differ from their defaults, by name, in SI units and radians.",
     )
     verified: int = Field(
         default=0, ge=0, le=100, description="Simulate ranked grasps, best first, until so many have held."
     )
-    protocol: str = Field(default="lift", description="What a verified grasp must survive.", max_length=64)
-    controller: str = Field(
-        default="virtual_frame", description="How the hand is controlled while verifying.", max_length=64
+    protocol: ProtocolName = Field(default="lift", description="What a verified grasp must survive.")
+    controller: ControllerName = Field(
+        default="virtual_frame", description="How the hand is controlled while verifying."
     )
     verify_initial: bool = Field(
         default=False, description="Simulate also the start of each verified grasp, for comparison."
@@ -145,7 +156,8 @@ class GraspVerification(Document):
     """What the simulation of one grasp showed."""
 
     rank: int = Field(description="Rank of the grasp.")
-    verification: dict[str, JsonValue] = Field(description="Report of its verification.")
+    verification: Verification = Field(description="Report of its verification.")
+    initial: Verification | None = Field(description="The same for its start; null where that was not asked for.")
 
 
 class GraspCurve(Document):

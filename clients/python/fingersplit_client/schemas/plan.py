@@ -161,7 +161,7 @@ class Grasp(Document):
 class PlannedObject(Document):
     """An object as the planner saw it."""
 
-    id: str = Field(description="Id of the object: a hash of its checked mesh.")
+    id: str = Field(description="Id of the object: a hash of its shape and options.")
     name: str = Field(description="Name given by whoever uploaded it.")
     extents: Vector3 = Field(description="Edge lengths of the axis-aligned bounding box, object frame [m].")
     volume: float = Field(description="Enclosed volume [m^3].")

@@ -1,20 +1,24 @@
 """Objects, hands, and how the service is."""
 
 from datetime import datetime
-from typing import Literal
+from typing import Annotated, Literal
 
 from pydantic import Field
 
-from fingersplit_client.schemas.base import Document, Unit, Vector3
+from fingersplit_client.schemas.base import Document, SourceName, Unit, Vector3
 from fingersplit_client.schemas.plan import ParallelGrasp
 
 __all__ = [
     "CloudReport",
+    "Density",
+    "Fairing",
+    "Friction",
     "HandFinger",
     "HandInfo",
     "HandJoint",
     "Health",
     "IntakeReport",
+    "Mass",
     "ObjectInfo",
     "ObjectOptions",
     "ObjectPage",
@@ -68,23 +72,27 @@ class CloudReport(Document):
     spacing: float = Field(description="Typical distance of a point from the nearest other [m].")
 
 
+Density = Annotated[float, Field(ge=1, le=25_000)]
+Mass = Annotated[float, Field(ge=1e-6, le=100)]
+Friction = Annotated[float, Field(ge=0.01, le=5)]
+Fairing = Annotated[float, Field(ge=0, le=0.05)]
+
+
 class ObjectOptions(Document):
     """What is known of an object beside its shape, and how it is to be prepared; null means not known."""
 
-    density: float | None = Field(default=None, ge=1, le=25_000, description="Density, even over the object [kg/m^3].")
-    mass: float | None = Field(default=None, ge=1e-6, le=100, description="Mass, instead of a density [kg].")
-    friction: float | None = Field(
-        default=None, ge=0.01, le=5, description="Coulomb friction between its surface and pads."
-    )
-    fairing: float = Field(
-        default=0.0, ge=0, le=0.05, description="Waves of this length lose half their height by implicit fairing [m]."
+    density: Density | None = Field(default=None, description="Density, even over the object [kg/m^3].")
+    mass: Mass | None = Field(default=None, description="Mass, instead of a density [kg].")
+    friction: Friction | None = Field(default=None, description="Coulomb friction between its surface and pads.")
+    fairing: Fairing = Field(
+        default=0.0, description="Waves of this length lose half their height by implicit fairing [m]."
     )
 
 
 class ObjectInfo(Document):
     """An uploaded object, checked and in metres."""
 
-    id: str = Field(description="Id of the object: a hash of its checked mesh, so equal meshes are one object.")
+    id: str = Field(description="Id of the object: a hash of its shape and options, so equal ones are one object.")
     name: str = Field(description="Name given at the first upload.")
     unit: Unit = Field(description="Length unit of the uploaded file; everything here is in metres.")
     extents: Vector3 = Field(description="Edge lengths of the axis-aligned bounding box, object frame [m].")
@@ -106,7 +114,13 @@ class ParallelGraspsGenerate(Document):
     """How parallel grasps of an object are to be found."""
 
     hand: str = Field(default="barrett", description="The hand whose opening they must fit.", max_length=64)
-    count: int = Field(default=32, ge=1, le=1024, description="How many pairs of contacts to find at most.")
+    count: int = Field(
+        default=32,
+        ge=1,
+        le=1024,
+        description="How many pairs of contacts to find at most; surface fitting finds up to two grasps for each.",
+    )
+    source: SourceName = Field(default="antipodal", description="How they are found.")
     seed: int = Field(default=0, ge=0, lt=2**63, description="Seed of every random choice.")
     friction: float = Field(default=0.6, ge=0.01, le=2.0, description="Friction coefficient of the contacts.")
     name: str = Field(default="", description="Name for people.", max_length=200)

@@ -72,7 +72,7 @@ class Verification(Document):
         description="Every number of protocol, controller, object and solver, SI units and radians."
     )
     initial_penetration: float = Field(description="Deepest that the planned hand lies inside the object [m].")
-    grip: VerificationGrip = Field(description="The planned grip force.")
+    grip: VerificationGrip = Field(description="How hard the fingers were to grip.")
     squeeze: VerificationPhase | None = Field(description="The squeeze; null when it did not come to that.")
     branches: list[VerificationBranch] = Field(description="What was done after the squeeze.")
     time_ms: float = Field(description="Time that the verification took [ms].")
