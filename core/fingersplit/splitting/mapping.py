@@ -28,7 +28,7 @@ PAD_ANGLE_SCALE = 0.4
 """[rad]; a pad tilted this much costs 1."""
 REACH_SCALE = 2e-3
 """[m]; a fingertip this far from its contact costs 1."""
-SCREENING_REACH_SCALE = 8e-3
+SCREENING_REACH_SCALE = 30e-3
 """[m]; the same before the fingertips have moved."""
 FARTHEST_TABLED = 0.01
 """[m]; entries of the jaw table whose pads stay farther from the contacts are out of reach."""

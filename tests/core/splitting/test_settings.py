@@ -32,7 +32,14 @@ def test_paper_fidelity_knows_no_potentials_and_one_step_length():
 
 def test_what_a_feasible_grasp_is_does_not_depend_on_the_fidelity():
     paper, default = PlannerSettings.of("paper"), PlannerSettings()
-    for name in ("pad_angle_limit", "contact_tolerance", "penetration_tolerance", "friction", "object_weight", "hand_weight"):
+    for name in (
+        "pad_angle_limit",
+        "contact_tolerance",
+        "penetration_tolerance",
+        "friction",
+        "object_weight",
+        "hand_weight",
+    ):
         assert getattr(paper, name) == getattr(default, name)
 
 
