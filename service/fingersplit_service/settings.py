@@ -87,6 +87,9 @@ class ServiceSettings(BaseSettings):
     keep_recordings_s: PositiveFloat = Field(
         default=30 * _DAY, description="How long the files of ended jobs are kept: pictures, traces, recordings [s]."
     )
+    keep_recordings_bytes: PositiveInt = Field(
+        default=20_480 * _MIB, description="Most that these files take in all; the oldest jobs' go first [bytes]."
+    )
     keep_objects_s: PositiveFloat = Field(
         default=365 * _DAY, description="How long an object is kept that nobody uploads or plans for [s]."
     )

@@ -71,6 +71,24 @@ class Storage:
             return []
         return [entry.name for entry in os.scandir(folder) if entry.stat().st_mtime < moment]
 
+    def job_folders_beyond(self, most_bytes: int) -> list[str]:
+        """Ids of the jobs with the oldest files, as many as have to go for the rest to take ``most_bytes`` at most."""
+        folder = self.root / "jobs"
+        if not folder.is_dir():
+            return []
+        sizes = [
+            (entry.stat().st_mtime, entry.name, sum(file.stat().st_size for file in os.scandir(entry)))
+            for entry in os.scandir(folder)
+        ]
+        beyond = sum(size for _, _, size in sizes) - most_bytes
+        leaving = []
+        for _, name, size in sorted(sizes):
+            if beyond <= 0:
+                break
+            leaving.append(name)
+            beyond -= size
+        return leaving
+
     def traces(self, job_id: str) -> Path:
         """What a job's planner went through."""
         return self.job_folder(job_id) / "traces.npz"

@@ -1,5 +1,6 @@
 """Files and database files: whole or not there, readable by others, and a sentence when they cannot be opened."""
 
+import os
 import sqlite3
 
 import pytest
@@ -42,3 +43,15 @@ async def test_a_file_is_there_whole_or_not_at_all(tmp_path):
         storage.staged(".left").touch()
     with storage.lock():
         assert list(storage.staging.iterdir()) == []
+
+
+def test_the_oldest_files_go_when_all_take_too_much(tmp_path):
+    storage = Storage(tmp_path)
+    for age, job in enumerate(("newest", "middle", "oldest")):
+        storage.job_folder(job).mkdir(parents=True)
+        (storage.job_folder(job) / "traces.npz").write_bytes(b"x" * 1000)
+        os.utime(storage.job_folder(job), (1e6 - age, 1e6 - age))
+    assert storage.job_folders_beyond(3000) == []
+    assert storage.job_folders_beyond(2999) == ["oldest"]
+    assert storage.job_folders_beyond(1000) == ["oldest", "middle"]
+    assert Storage(tmp_path / "new").job_folders_beyond(1) == []

@@ -41,11 +41,13 @@ class Retention:
             await asyncio.sleep(_INTERVAL)
 
     async def sweep(self, now: float) -> None:
-        """Delete what is too old at ``now`` [s since 1970]."""
+        """Delete what is too old at ``now`` [s since 1970], and the oldest jobs' files where all take too much."""
         while ended := await self._jobs.delete_ended_before(now - self._settings.keep_jobs_s, _AT_ONCE):
             for job_id in ended:
                 await asyncio.to_thread(self._storage.remove_job, job_id)
         for folder in await asyncio.to_thread(self._storage.job_folders_before, now - self._settings.keep_recordings_s):
+            await asyncio.to_thread(self._storage.remove_job, folder)
+        for folder in await asyncio.to_thread(self._storage.job_folders_beyond, self._settings.keep_recordings_bytes):
             await asyncio.to_thread(self._storage.remove_job, folder)
         for owner, object_id in await self._objects.unused_since(now - self._settings.keep_objects_s, _AT_ONCE):
             removal = await self._objects.remove(owner, object_id)
