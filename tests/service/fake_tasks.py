@@ -11,6 +11,8 @@ import time
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from fingersplit_service.findings import Finding
 from fingersplit_service.jobs.tasks import (
     JobOrder,
@@ -60,7 +62,8 @@ def _record(traces: Path, how: int) -> list[str]:
     if how == UNRECORDED:
         return ["What pictures and recordings need could not be written: No space left on device."]
     traces.parent.mkdir(parents=True, exist_ok=True)
-    traces.touch()
+    columns = {"1/phases": np.zeros(1, int), "1/scores": np.zeros((1, 4)), "1/residuals": np.zeros((1, 3))}
+    np.savez(traces, phase_names=np.array(["map"]), **columns)
     return []
 
 

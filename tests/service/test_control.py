@@ -168,16 +168,6 @@ async def test_grasps_are_a_resource(api):
     assert (verification.asked, verification.verified, verification.grasps) == (0, 0, [])
 
 
-async def test_a_recording_is_served_when_it_was_kept(api):
-    job_id = await api.queue(FINE)
-    await api.ended(job_id)
-    path = api.app.state.runtime.storage.recording(job_id, 1)
-    assert (await api.http.get(f"/v1/jobs/{job_id}/grasps/1/recording.rrd")).status_code == 404
-    path.write_bytes(b"RRF2")
-    response = await api.http.get(f"/v1/jobs/{job_id}/grasps/1/recording.rrd")
-    assert (response.content, response.headers["Content-Type"]) == (b"RRF2", "application/vnd.rerun.rrd")
-
-
 async def test_a_record_that_cannot_be_written_costs_no_result(api):
     job = await api.ended(await api.queue(UNRECORDED))
     assert (job["state"], len(job["warnings"])) == ("succeeded", 1)
@@ -227,4 +217,4 @@ async def test_a_deleted_object_is_gone(api):
     assert (await api.http.get(f"{path}/report")).json() == uploaded.json()["report"]
     assert (await api.http.delete(path)).status_code == 204
     assert (await api.http.get(path)).status_code == 404
-    assert not storage.mesh(uploaded.json()["id"]).exists()
+    assert not storage.shape(uploaded.json()["id"]).exists()

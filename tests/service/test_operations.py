@@ -119,7 +119,7 @@ async def test_old_things_are_deleted(start, tmp_path):
         await api.ended(job_id)
         settings = ServiceSettings(data_dir=tmp_path, keep_jobs_s=200, keep_recordings_s=100, keep_objects_s=300)
         retention = Retention(runtime.jobs, runtime.objects, runtime.storage, settings)
-        traces, mesh = runtime.storage.traces(job_id), runtime.storage.mesh(object_id)
+        traces, mesh = runtime.storage.traces(job_id), runtime.storage.shape(object_id)
 
         await retention.sweep(time.time())
         assert traces.exists()

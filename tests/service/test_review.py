@@ -124,6 +124,7 @@ async def test_views_of_what_is_not_there(api):
 
 
 async def test_views_of_a_running_job_are_not_finished(api):
+    (api.app.state.runtime.storage.root / "go").unlink(missing_ok=True)
     job_id = await api.queue(WAITS)
     try:
         answer = await api.http.get(f"/v1/jobs/{job_id}/thumbnail.webp")

@@ -46,6 +46,7 @@ async def guarded(tmp_path_factory, anyio_backend):
             "batch_id": batch.json()["id"],
             "job_id": batch.json()["job_ids"][0],
             "rank": "1",
+            "format_name": "isaac_grasp",
         }
         await api.ended(api.ids["job_id"])
         yield api

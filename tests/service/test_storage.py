@@ -31,7 +31,7 @@ async def test_a_database_that_cannot_be_opened_says_so(tmp_path):
 
 async def test_a_file_is_there_whole_or_not_at_all(tmp_path):
     storage = Storage(tmp_path)
-    path = storage.picture("job", 1)
+    path = storage.view("job", 1, "picture.png")
     with storage.lock():
         with pytest.raises(TypeError), storage.atomic(path) as staged:
             staged.write_bytes("no bytes")
