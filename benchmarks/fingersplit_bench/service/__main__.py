@@ -14,6 +14,8 @@ from fingersplit_bench.service.load import jobs_per_second_without_http, measure
 from fingersplit_bench.service.server import Server
 from fingersplit_client import Client
 
+__all__ = ["SECTIONS", "main", "measure"]
+
 SECTIONS = ("start", "latency", "cancel", "delay", "load", "kills", "list")
 
 
