@@ -14,5 +14,5 @@ class Finding:
     grasps: int
     feasible: int
     verified: int
-    best_quality: float | None
+    holding_margin: float | None
     warnings: Sequence[str] = ()

@@ -19,7 +19,7 @@ FAILED = {
     "grasps": None,
     "feasible": None,
     "verified": None,
-    "best_quality": None,
+    "holding_margin": None,
     "created_at": "2026-01-01T00:00:00Z",
     "started_at": None,
     "finished_at": "2026-01-01T00:00:01Z",

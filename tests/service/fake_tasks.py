@@ -52,7 +52,7 @@ def plan(storage: Storage, order: JobOrder) -> JobOutcome:
         grasps=len(document["grasps"]),
         feasible=document["summary"]["feasible"],
         verified=0,
-        best_quality=document["grasps"][0]["metrics"]["ferrari_canny"],
+        holding_margin=document["grasps"][0]["metrics"]["holding_margin"],
         warnings=warnings,
     )
     return JobOutcome(finding, document["timings_ms"], (True, False))

@@ -154,7 +154,7 @@ async def test_lists_carry_what_a_table_of_runs_shows(api):
     await api.ended(job_id)
     job = JobPage.model_validate((await api.http.get("/v1/jobs?limit=1")).json()).items[0]
     assert (job.id, job.object_name, job.hand, job.state) == (job_id, "cube", "barrett", "succeeded")
-    assert (job.best_quality, job.feasible, job.verified, job.grasps) == (0.5, 1, 0, 1)
+    assert (job.holding_margin, job.feasible, job.verified, job.grasps) == (0.5, 1, 0, 1)
 
 
 async def test_grasps_are_a_resource(api):

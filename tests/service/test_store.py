@@ -42,7 +42,7 @@ OBJECT = ObjectInfo(
 )
 
 
-FOUND = Finding(result="[1]", grasps=1, feasible=1, verified=0, best_quality=0.5)
+FOUND = Finding(result="[1]", grasps=1, feasible=1, verified=0, holding_margin=0.5)
 
 
 @dataclass
@@ -191,7 +191,7 @@ async def test_an_ended_job_stays_as_it_ended(store):
     await store.jobs.cancel("me", job_id)
     assert not await store.queue.succeed(job_id, FOUND)
     ended, result = await store.jobs.get("me", job_id)
-    assert (ended.state, ended.error, ended.best_quality, result) == ("succeeded", None, 0.5, "[1]")
+    assert (ended.state, ended.error, ended.holding_margin, result) == ("succeeded", None, 0.5, "[1]")
 
 
 async def test_a_cancelled_job_takes_no_result(store):

@@ -85,7 +85,7 @@ class Queue(Store):
             "grasps": finding.grasps,
             "feasible": finding.feasible,
             "verified": finding.verified,
-            "best_quality": finding.best_quality,
+            "holding_margin": finding.holding_margin,
             "warnings": json.dumps(list(finding.warnings)),
             "finished_at": time.time(),
             "lease_until": None,

@@ -34,7 +34,7 @@ class JobRow:
     grasps: int | None
     feasible: int | None
     verified: int | None
-    best_quality: float | None
+    holding_margin: float | None
     error: JobError | None
     warnings: list[str]
     request: str = ""

@@ -66,7 +66,7 @@ jobs = sa.Table(
     sa.Column("grasps", sa.Integer, comment="number of grasps in the result"),
     sa.Column("feasible", sa.Integer),
     sa.Column("verified", sa.Integer),
-    sa.Column("best_quality", sa.Float(53), comment="Ferrari-Canny metric of rank 1 [N]"),
+    sa.Column("holding_margin", sa.Float(53), comment="holding margin of rank 1 [N]"),
     sa.Column("error_code", sa.String(32)),
     sa.Column("error_detail", sa.Text),
     sa.Column("warnings", sa.Text, nullable=False, comment="list of sentences"),

@@ -69,7 +69,7 @@ def summarize(runtime: Runtime, row: JobRow) -> JobSummary:
         grasps=row.grasps,
         feasible=row.feasible,
         verified=row.verified,
-        best_quality=row.best_quality,
+        holding_margin=row.holding_margin,
         created_at=_time(row.created_at),
         started_at=_time(row.started_at),
         finished_at=_time(row.finished_at),

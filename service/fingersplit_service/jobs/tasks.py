@@ -198,7 +198,7 @@ def plan_job(storage: Storage, order: JobOrder) -> JobOutcome:
         grasps=len(ranked),
         feasible=document["summary"]["feasible"],
         verified=sum(simulated),
-        best_quality=ranked[0]["metrics"]["ferrari_canny"] if ranked else None,
+        holding_margin=ranked[0]["metrics"]["holding_margin"] if ranked else None,
         warnings=warnings,
     )
     return JobOutcome(finding, document["timings_ms"], simulated)

@@ -109,8 +109,8 @@ class JobSummary(Document):
     grasps: int | None = Field(description="Number of grasps in the result; null until the job has succeeded.")
     feasible: int | None = Field(description="Number of feasible grasps found; null until the job has succeeded.")
     verified: int | None = Field(description="Number of grasps that held in simulation; null until it has succeeded.")
-    best_quality: float | None = Field(
-        description="Ferrari-Canny metric of the grasp of rank 1 [N]; null where there is none."
+    holding_margin: float | None = Field(
+        description="Holding margin of the grasp of rank 1 [N]; null where there is none."
     )
     created_at: datetime = Field(description="When the job was accepted, UTC.")
     started_at: datetime | None = Field(description="When a worker last took it up, UTC.")

@@ -64,7 +64,7 @@ function drawHead(job) {
   const result = job.result;
   const tiles = [
     ["Holding margin", h("span", {}, number(result?.grasps[0]?.metrics.holding_margin), h("small", {}, " N"))],
-    ["Ferrari-Canny", h("span", {}, number(job.best_quality), h("small", {}, " N"))],
+    ["Ferrari-Canny", h("span", {}, number(result?.grasps[0]?.metrics.ferrari_canny), h("small", {}, " N"))],
     ["Feasible starts", result ? h("span", {}, result.summary.feasible, h("small", {}, ` of ${result.summary.started}`)) : "–"],
     ["Held in simulation", result ? (job.request?.verified ? job.verified : h("small", {}, "not asked for")) : "–"],
     ["Planning", duration(result?.timings_ms.total)],

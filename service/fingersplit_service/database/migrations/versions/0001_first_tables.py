@@ -45,7 +45,7 @@ def upgrade() -> None:
         sa.Column("grasps", sa.Integer()),
         sa.Column("feasible", sa.Integer()),
         sa.Column("verified", sa.Integer()),
-        sa.Column("best_quality", time),
+        sa.Column("holding_margin", time),
         sa.Column("error_code", sa.String(32)),
         sa.Column("error_detail", sa.Text()),
         sa.Column("warnings", sa.Text(), nullable=False),
