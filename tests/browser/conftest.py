@@ -23,7 +23,7 @@ SCREENSHOTS = REPOSITORY / "build" / "browser"
 FLAGS = ["--no-sandbox", "--disable-gpu", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 
 
-@pytest.fixture(scope="package")
+@pytest.fixture(scope="module")
 def service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
     """Address of a service of one's own."""
     with socket.socket() as probe:
@@ -63,7 +63,7 @@ def _wait_until_ready(process: "subprocess.Popen[bytes]", url: str) -> None:
     raise AssertionError("The service did not become ready.")
 
 
-@pytest.fixture(scope="package")
+@pytest.fixture(scope="module")
 def browser() -> Iterator[Browser]:
     program = ensure_chromium()
     with sync_playwright() as playwright:
@@ -117,7 +117,7 @@ def keep(request: pytest.FixtureRequest) -> Callable[..., None]:
     return shoot
 
 
-@pytest.fixture(scope="package")
+@pytest.fixture(scope="module")
 def runs(service: str, tmp_path_factory: pytest.TempPathFactory) -> tuple[str, str]:
     """Ids of two finished runs of the same can, with different settings."""
     can = tmp_path_factory.mktemp("meshes") / "can.ply"

@@ -120,7 +120,9 @@ def test_no_feasible_grasp_is_exit_code_1_with_the_reason(folder):
         (("ball.stl", "--unit", "furlong"), "furlong"),
         (("ball.stl", "--hand", "shadow"), "Unknown hand 'shadow'; known hands: barrett."),
         (("ball.stl", "--setting", "fricton=0.4"), "Unknown planner setting 'fricton'"),
-        (("ball.stl", "--setting", "friction=much"), "'friction=much' is not NAME=VALUE"),
+        (("ball.stl", "--setting", "friction"), "'friction' is not NAME=VALUE"),
+        (("ball.stl", "--setting", "friction=much"), "'friction' must be a number, got 'much'."),
+        (("ball.stl", "--setting", "fidelity=best"), "'fidelity' is 'best'; allowed: default, paper."),
         (("ball.stl", "--setting", "friction=9"), "'friction' is 9; allowed: 0.01 to 5."),
         (("ball.stl", "--unit", "mm", "--parallel-grasps", "no.json"), "no.json is not JSON"),
         (

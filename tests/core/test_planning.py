@@ -1,6 +1,8 @@
 """The whole way: document, reproducibility, given parallel grasps, messages, and every claim checked independently."""
 
 import json
+import math
+import re
 import subprocess
 import sys
 
@@ -13,6 +15,7 @@ from fingersplit.objects.parametric import box
 from fingersplit.parallel_grasps import ParallelGrasp
 from fingersplit.planning import plan
 from fingersplit.splitting.settings import PlannerSettings
+from fingersplit.transforms import rotation_from_wxyz
 from fingersplit_client.schemas import PlanResult
 
 NAMES = ("box", "cylinder", "mug", "sphere")
@@ -60,7 +63,9 @@ def test_grasps_are_ranked_and_differ(planned, name):
     grasps = planned(name).to_document()["grasps"]
     assert 0 < len(grasps) <= 10
     assert [grasp["rank"] for grasp in grasps] == list(range(1, len(grasps) + 1))
-    order = [(len(grasp["violations"]), -grasp["metrics"]["ferrari_canny"]) for grasp in grasps]
+    margins = [grasp["metrics"]["holding_margin"] for grasp in grasps]
+    held = [-math.inf if margin is None else margin for margin in margins]
+    order = [(len(grasp["violations"]), -margin) for grasp, margin in zip(grasps, held, strict=True)]
     assert order == sorted(order)
     assert all(grasp["feasible"] == (not grasp["violations"]) for grasp in grasps)
     positions = np.array([grasp["palm"]["position"] for grasp in grasps])
@@ -79,6 +84,41 @@ def test_metrics_are_those_of_the_contacts(planned, name):
         assert metrics["object_quality"] == pytest.approx(np.linalg.norm(np.cross(b - a, c - a)))
         assert metrics["quality"] == pytest.approx(metrics["object_quality"] + metrics["manipulability"])
         assert metrics["manipulability"] <= 0
+        margin, forces = metrics["holding_margin"], [contact["force"] for contact in grasp["contacts"]]
+        assert (margin is not None and margin > 0) == (None not in forces)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_reasons_tell_margin_and_weight(planned, prepared, name):
+    weight = 9.81 * prepared(name).mass
+    for grasp in planned(name).to_document()["grasps"]:
+        margin, reason = grasp["metrics"]["holding_margin"], grasp["reason"]
+        assert reason.endswith(".")
+        if not grasp["feasible"]:
+            assert reason == f"Ranked after every feasible grasp: {grasp['violations'][0]}"
+        elif margin is None:
+            assert "cannot balance the weight" in reason
+        else:
+            assert f"{abs(margin):.2f} N of friction" in reason
+            assert f"{weight:.2f} N" in reason
+            assert re.search(r"gravity along [+-][xyz]", reason, re.IGNORECASE)
+        assert (grasp["pregrasp"] is None and grasp["feasible"]) == ("No straight way in" in reason)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_pregrasp_and_squeeze_belong_to_the_grasp(planned, barrett, name):
+    free = 0
+    for grasp in planned(name).to_document()["grasps"]:
+        assert list(grasp["squeeze_joints"]) == list(barrett.joint_names)
+        assert grasp["squeeze_joints"] != grasp["joints"]
+        if grasp["pregrasp"] is not None:
+            free += 1
+            assert list(grasp["pregrasp"]["joints"]) == list(barrett.joint_names)
+            np.testing.assert_allclose(grasp["pregrasp"]["palm"]["wxyz"], grasp["palm"]["wxyz"], atol=1e-12)
+            way = np.subtract(grasp["palm"]["position"], grasp["pregrasp"]["palm"]["position"])
+            assert np.linalg.norm(way) == pytest.approx(0.1)
+            assert rotation_from_wxyz(grasp["palm"]["wxyz"])[:, 2] @ way == pytest.approx(0.1)
+    assert free > 0
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -124,6 +164,21 @@ def test_initial_state_is_consistent(planned, barrett, mujoco_barrett, name):
 def test_same_seed_gives_the_same_document(barrett, prepared, planned):
     again = plan(prepared("mug"), barrett, starts=24, seed=1)
     assert without_times(again.to_document()) == without_times(planned("mug").to_document())
+
+
+@pytest.mark.parametrize("threads", [2, 3])
+def test_threads_do_not_change_the_document(barrett, prepared, threads):
+    one = plan(prepared("mug"), barrett, starts=80, seed=1)
+    several = plan(prepared("mug"), barrett, starts=80, seed=1, threads=threads)
+    assert without_times(several.to_document()) == without_times(one.to_document())
+
+
+@pytest.mark.parametrize("fidelity", ["default", "paper"])
+def test_fidelity_reaches_the_runs(barrett, prepared, fidelity):
+    result = plan(prepared("box"), barrett, starts=8, settings=PlannerSettings.of(fidelity))
+    for run in result.runs:
+        assert bool(run.problem.settings.potentials) == (fidelity == "default")
+        assert run.problem.settings.time_step == {"default": 1.0, "paper": 0.05}[fidelity]
 
 
 def test_another_process_gives_the_same_document(planned):
@@ -226,6 +281,7 @@ def test_nothing_feasible_says_why_and_shows_the_best(barrett, prepared):
         ({"starts": 0}, r"starts is 0; it must be at least 1"),
         ({"top_k": -1}, r"top_k is -1; it must be at least 1"),
         ({"seed": -1}, r"seed is -1; it must be at least 0"),
+        ({"threads": 0}, r"threads is 0; it must be at least 1"),
         ({"source": "luck"}, r"Unknown source of parallel grasps 'luck'; known: antipodal, surface_fitting, both"),
     ],
 )

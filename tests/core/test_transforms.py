@@ -5,7 +5,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from fingersplit.transforms import pose_matrix, rotation_from_wxyz, transform_points, wxyz_from_rotation
+from fingersplit.transforms import (
+    pose_matrix,
+    rotation_from_wxyz,
+    rotation_to_axis,
+    transform_points,
+    wxyz_from_rotation,
+)
 
 seeds = st.integers(0, 2**32 - 1)
 
@@ -39,3 +45,19 @@ def test_names_cancel_in_a_composition(seed):
     np.testing.assert_allclose(transform_points(a_from_b @ b_from_c, points_in_c), step_by_step, atol=1e-12)
     back = transform_points(np.linalg.inv(a_from_b), transform_points(a_from_b, points_in_c))
     np.testing.assert_allclose(back, points_in_c, atol=1e-12)
+
+
+@given(seeds)
+def test_rotation_to_axis_turns_z_there(seed):
+    axis = np.random.default_rng(seed).normal(size=3)
+    rotation = rotation_to_axis(axis)
+    np.testing.assert_allclose(rotation[:, 2], axis / np.linalg.norm(axis), atol=1e-12)
+    np.testing.assert_allclose(rotation @ rotation.T, np.eye(3), atol=1e-12)
+    assert np.linalg.det(rotation) > 0
+
+
+def test_rotation_to_axis_also_along_the_axes():
+    for axis in np.vstack([np.eye(3), -np.eye(3)]):
+        rotation = rotation_to_axis(axis)
+        np.testing.assert_allclose(rotation[:, 2], axis, atol=1e-15)
+        assert abs(np.linalg.det(rotation) - 1) < 1e-12

@@ -11,10 +11,13 @@ from scipy.spatial.transform import Rotation
 from fingersplit.vectors import (
     add,
     angle_between,
+    column,
     cross,
     dot,
+    get,
     multiply,
     norm,
+    put,
     rotate,
     rotate_back,
     scale,
@@ -22,6 +25,7 @@ from fingersplit.vectors import (
     solve_positive_definite,
     subtract,
 )
+from fingersplit.vectors import vector as vector_of
 
 coordinate = st.floats(-10, 10, allow_nan=False).filter(lambda x: x == 0 or abs(x) > 1e-6)
 vector = st.tuples(coordinate, coordinate, coordinate)
@@ -46,6 +50,15 @@ def test_matrix_operations_are_those_of_numpy(seed):
     np.testing.assert_allclose(out, A @ B, atol=1e-14)
     np.testing.assert_allclose(rotate(A, v), A @ v, atol=1e-14)
     np.testing.assert_allclose(rotate_back(A, v), A.T @ v, atol=1e-14)
+
+
+def test_rows_columns_and_arrays_become_vectors_and_back():
+    rows = np.arange(12.0).reshape(4, 3)
+    assert get(rows, 2) == (6.0, 7.0, 8.0)
+    assert column(rows[:3], 1) == (1.0, 4.0, 7.0)
+    assert vector_of(rows[3]) == (9.0, 10.0, 11.0)
+    put(rows, 0, (-1.0, -2.0, -3.0))
+    np.testing.assert_array_equal(rows[:2], [[-1, -2, -3], [3, 4, 5]])
 
 
 @given(seeds, st.floats(-10, 10))

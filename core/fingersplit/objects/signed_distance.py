@@ -199,9 +199,10 @@ def _nearest_cell(grid, point):
     fx = (point[0] - grid.origin[0]) / grid.cell
     fy = (point[1] - grid.origin[1]) / grid.cell
     fz = (point[2] - grid.origin[2]) / grid.cell
-    x = int(min(max(fx + 0.5, 0.0), nx - 1.0))
-    y = int(min(max(fy + 0.5, 0.0), ny - 1.0))
-    z = int(min(max(fz + 0.5, 0.0), nz - 1.0))
+    # Zero stands first so that a NaN becomes 0, too, instead of an index outside the array.
+    x = int(min(max(0.0, fx + 0.5), nx - 1.0))
+    y = int(min(max(0.0, fy + 0.5), ny - 1.0))
+    z = int(min(max(0.0, fz + 0.5), nz - 1.0))
     return (x, y, z), max(abs(fx - x), abs(fy - y), abs(fz - z))
 
 

@@ -106,6 +106,41 @@ def test_finger_that_hangs_elsewhere_is_refused(tmp_path):
         read_hand(tmp_path, mjcf)
 
 
+def test_geom_beside_the_chains_is_refused(tmp_path):
+    mjcf = hand_mjcf().replace("</worldbody>", '<geom name="table" type="box" size="1 1 0.01"/></worldbody>')
+    with pytest.raises(ValueError, match="'table' hangs on no finger's chain and not on the palm"):
+        read_hand(tmp_path, mjcf)
+
+
+def test_joint_that_slides_is_refused(tmp_path):
+    mjcf = hand_mjcf().replace('<joint name="thumb_1" axis', '<joint name="thumb_1" type="slide" axis')
+    with pytest.raises(ValueError, match="thumb_1 must have one joint, a hinge"):
+        read_hand(tmp_path, mjcf)
+
+
+def test_hand_too_large_for_the_kernels_is_refused_by_number(tmp_path):
+    (tmp_path / "hand.xml").write_text(hand_mjcf())
+    with pytest.raises(ValueError, match="6 fingers; the kernels are built for 5"):
+        read_mjcf(tmp_path / "hand.xml", "palm", (*FINGERS, "fourth", "fifth"))
+    plates = "".join(f'<geom name="extra{k}" size="0.01"/>' for k in range(30))
+    with pytest.raises(ValueError, match="geoms; the kernels are built for 32"):
+        read_hand(tmp_path, hand_mjcf().replace('<geom name="plate"', f'{plates}<geom name="plate"'))
+    long = '<geom name="plate" type="box" size="0.4 0.4 0.01"/>'
+    wide = hand_mjcf().replace('<geom name="plate" type="box" size="0.055 0.06 0.01"/>', long)
+    with pytest.raises(ValueError, match="its shapes need more than the 96 spheres"):
+        read_hand(tmp_path, wide)
+
+
+def test_torque_limits_stand_with_their_fingers(tmp_path, barrett):
+    hand = read_hand(tmp_path, hand_mjcf())
+    for finger, count, limits in zip(FINGERS, COUNTS, hand.finger_torque_limits, strict=True):
+        assert (limits[:count] == 0.5).all(), finger
+        assert (limits[count:] == np.inf).all(), finger
+    named = dict(zip(barrett.joint_names, barrett.torque_limits, strict=True))
+    for finger, limits in zip(barrett.fingers, barrett.finger_torque_limits, strict=True):
+        assert [named[joint] for joint in finger.joint_names] == limits[: len(finger.joint_names)].tolist()
+
+
 def test_four_fingers_are_planned_for(tmp_path, prepared):
     hand = read_hand(tmp_path, hand_mjcf())
     planned = plan(prepared("sphere"), hand, starts=16, seed=1)

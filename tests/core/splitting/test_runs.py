@@ -176,7 +176,7 @@ def test_splitting_pays(runs_of, name, fidelity):
     runs = runs_of(name, fidelity=fidelity)
     gains = [run.scores[QUALITY] - run.trace.scores[0, QUALITY] for run in runs]
     assert np.mean(gains) > 1e-3
-    assert np.mean(np.array(gains) > 0) > 0.8
+    assert np.mean(np.array(gains) > 0) > 0.7  # some pay for being pulled to the surface
 
 
 @OBJECTS

@@ -52,7 +52,7 @@ def test_slippery_hand_drops_every_object(try_grasp, planned, name):
 def test_frictionless_finger_drops_the_object(try_grasp, finger):
     friction = [0.6, 0.6, 0.6]
     friction[finger] = 0.0
-    assert not try_grasp("box", "gravity_six", friction=friction).passed
+    assert not try_grasp("ellipsoid", "gravity_six", friction=friction).passed
 
 
 @pytest.mark.parametrize("name", OBJECTS)
@@ -81,7 +81,7 @@ def test_halved_time_step_changes_no_verdict(try_grasp, planned, name):
 
 
 def test_what_the_hand_cannot_carry_is_lost_at_the_torque_limits(try_grasp, barrett):
-    report = try_grasp("box", mass=20.0)
+    report = try_grasp("box", mass=8.0)
     assert report.reason == "joint_torque_saturated"
     assert {joint for phase in report.branches[0].phases for joint in phase.saturated_joints} <= set(
         barrett.joint_names
