@@ -257,10 +257,10 @@ def _table(document: dict[str, Any]) -> Table:
         collapse_padding=True,
         pad_edge=False,
     )
-    for heading in ("rank", "feasible", "spare N", "held", "Ferrari-Canny", "Q", "pad rad", "CPO/PPO", "ended"):
+    for heading in ("rank", "feasible", "spare N", "held", "Ferrari-Canny", "pad rad", "ended"):
         table.add_column(heading, justify="left" if heading == "ended" else "right", no_wrap=True)
     for grasp in document["grasps"]:
-        metrics, iterations, verification = grasp["metrics"], grasp["iterations"], grasp["verification"]
+        metrics, verification = grasp["metrics"], grasp["verification"]
         margin = metrics["holding_margin"]
         table.add_row(
             str(grasp["rank"]),
@@ -268,9 +268,7 @@ def _table(document: dict[str, Any]) -> Table:
             "none" if margin is None else f"{margin:.2f}",
             "" if verification is None else "yes" if verification["passed"] else "no",
             f"{metrics['ferrari_canny']:.3f}",
-            f"{metrics['quality']:.5f}",
             f"{max(contact['pad_angle'] for contact in grasp['contacts']):.2f}",
-            f"{iterations['cpo']}/{iterations['ppo']}",
             grasp["termination"].replace("_", " "),
         )
     return table
