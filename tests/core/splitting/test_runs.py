@@ -283,23 +283,6 @@ def test_ends_that_violate_a_constraint_are_reached(runs_of, name, settings, end
         assert any(violation.endswith(sentence) for violation in run.violations)
 
 
-def test_every_termination_has_a_name_and_advice():
-    labels = [end.label for end in Termination]
-    assert labels == [
-        "converged",
-        "stopped_by_collision",
-        "stopped_by_pad_angle",
-        "iteration_limit",
-        "contact_off_surface",
-        "pad_angle_violated",
-        "in_collision",
-        "joint_limit_violated",
-    ]
-    advice = {end.advice for end in Termination}
-    assert len(advice) == len(labels)
-    assert all(sentence[0].isupper() and sentence.endswith(".") for sentence in advice)
-
-
 @OBJECTS
 def test_numbers_are_finite(runs_of, name):
     for run in runs_of(name):
