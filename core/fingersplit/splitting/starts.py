@@ -22,7 +22,7 @@ from fingersplit.threads import Progress, in_threads
 
 __all__ = ["Start", "build_problem", "choose_starts", "split_starts"]
 
-SCREENED, SPLIT = 128, 16
+SCREENED, SPLIT = 64, 8
 """Parallel grasps that a thread screens, and starts that it splits, at a time."""
 
 
@@ -73,16 +73,15 @@ def choose_starts(
 
 def _spread(costs: NDArray[np.float64], pairs: NDArray[np.float64], count: int) -> list[int]:
     """Indices of the ``count`` lowest costs, each multiplied by how often its pair of contacts was met before."""
-    uses: dict[bytes, int] = {}
-    names = [pair.tobytes() for pair in pairs]
-    weighted = []
-    for i in np.argsort(costs, kind="stable").tolist():
-        if not math.isfinite(costs[i]):
-            break
-        name = names[i % len(names)]
-        uses[name] = uses.get(name, 0) + 1
-        weighted.append((costs[i] * uses[name], i))
-    return [i for _, i in sorted(weighted)[:count]]
+    _, pair_of_grasp = np.unique(pairs.reshape(len(pairs), -1), axis=0, return_inverse=True)
+    order = np.argsort(costs, kind="stable")
+    order = order[np.isfinite(costs[order])]
+    pair = pair_of_grasp[order % len(pairs)]
+    by_pair = np.argsort(pair, kind="stable")
+    uses = np.empty(len(order))
+    uses[by_pair] = 1 + np.arange(len(order)) - np.searchsorted(pair[by_pair], pair[by_pair])
+    chosen: list[int] = order[np.argsort(costs[order] * uses, kind="stable")[:count]].tolist()
+    return chosen
 
 
 def split_starts(
