@@ -4,6 +4,7 @@ A scene carries the actuators of every controller; each controller enables its o
 into their control inputs.
 """
 
+from abc import ABC, abstractmethod
 from dataclasses import asdict, dataclass, fields
 from typing import Any, ClassVar
 
@@ -20,7 +21,7 @@ __all__ = ["CONTROLLERS", "Controller", "PositionServo", "VirtualFrame", "load_c
 
 
 @dataclass(frozen=True)
-class Controller:
+class Controller(ABC):
     """What a controller does before and after the fingers have closed.
 
     Raises:
@@ -41,20 +42,20 @@ class Controller:
                     f"{number.name!r} of controller {self.name!r} is {value!r}; allowed: {low:g} to {high:g}."
                 )
 
+    @abstractmethod
     def prepare(self, scene: Scene) -> None:
         """Enable this controller's actuators and set their gains."""
-        raise NotImplementedError
 
+    @abstractmethod
     def close(self, scene: Scene, grip: Grip, ramp: NDArray[np.float64]) -> NDArray[np.float64]:
         """Controls (T, n_controls) that close the fingers, as ``ramp`` (T,) goes from 0 to 1.
 
         The scene stands in the planned grasp.
         """
-        raise NotImplementedError
 
+    @abstractmethod
     def hold(self, scene: Scene, closing: NDArray[np.float64]) -> NDArray[np.float64]:
         """Controls (n_controls,) that hold on, given the last of ``close``; the scene stands as closing left it."""
-        raise NotImplementedError
 
     def to_document(self) -> dict[str, Any]:
         """Name and numbers as plain JSON data."""

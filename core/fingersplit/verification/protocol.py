@@ -1,5 +1,6 @@
 """What is done to a held object and when it counts as held: numbers, and the branches that they mean."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field, fields, replace
 from math import radians
@@ -60,7 +61,7 @@ class Branch:
 
 
 @dataclass(frozen=True)
-class Protocol:
+class Protocol(ABC):
     """Numbers that every protocol has; each subclass says in ``branches`` what it does after the squeeze.
 
     Every branch starts from the same squeezed grasp.
@@ -95,9 +96,9 @@ class Protocol:
                 )
 
     @property
+    @abstractmethod
     def branches(self) -> tuple[Branch, ...]:
         """What is done after the squeeze, each from the same start."""
-        raise NotImplementedError
 
     def with_values(self, values: dict[str, Any]) -> Self:
         """The same protocol with other numbers.
