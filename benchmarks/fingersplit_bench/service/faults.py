@@ -69,10 +69,10 @@ def measure_cancel(server: Server, object_id: str, repeats: int) -> dict[str, fl
             while client.get_job(job.id).stage not in ("mapping", "splitting"):
                 time.sleep(0.02)
             time.sleep(0.1)
-            busy = max(server.workers(), key=_recent_processor_time)
+            before = set(server.workers())
             began = time.monotonic()
             client.cancel_job(job.id)
-            while busy in server.workers():
+            while before <= set(server.workers()):
                 time.sleep(0.001)
             times.append(1e3 * (time.monotonic() - began))
     return {"p50_ms": percentile(times, 50), "largest_ms": max(times)}
@@ -102,18 +102,3 @@ async def _measure_delay(server: Server, object_id: str, repeats: int) -> dict[s
     disturbed = await asyncio.to_thread(latencies, True)
     return {"delay_p99_ms": percentile(disturbed, 99) - percentile(calm, 50), "calm_p50_ms": percentile(calm, 50)}
 
-
-def _recent_processor_time(pid: int) -> float:
-    """Processor time used during a short moment [s]."""
-
-    def used() -> int:
-        try:
-            with open(f"/proc/{pid}/stat") as stat:
-                fields = stat.read().rpartition(")")[2].split()
-            return int(fields[11]) + int(fields[12])
-        except (FileNotFoundError, ProcessLookupError):
-            return 0
-
-    before = used()
-    time.sleep(0.03)
-    return used() - before
