@@ -48,7 +48,7 @@ def plan(
         seed: Seed of every random choice.
         top_k: Most grasps to return.
         settings: Parameters of the splitting; None for the defaults, with the object's friction if it is known.
-        threads: Threads that screen, split and judge; the answer does not depend on it.
+        threads: Threads that search, screen, split and judge; the answer does not depend on it.
         progress: Called with a stage name and the share of that stage that is done, 0..1.
 
     Returns:
@@ -74,6 +74,7 @@ def plan(
             friction=settings.friction,
             opening=hand.gripper.opening,
             rng=np.random.default_rng(seed),
+            threads=threads,
         )
     else:
         _check_contacts(model, parallel_grasps)

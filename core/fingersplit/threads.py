@@ -1,33 +1,51 @@
 """Work on many items in threads, for kernels that run without the GIL."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from typing import TypeVar
 
 __all__ = ["Progress", "in_threads"]
 
 Progress = Callable[[str, float], None]
 """Called with the name of a stage and the share of it that is done, 0..1."""
 
+Result = TypeVar("Result")
+
+LARGEST = 16
+"""Times the least size that a slice may have, so that progress is seen."""
+
 
 def in_threads(
-    task: Callable[[slice], None], count: int, size: int, threads: int, done: Callable[[float], None]
-) -> None:
-    """Run ``task`` on consecutive slices of ``count`` items, ``size`` in each.
+    task: Callable[[slice], Result],
+    count: int,
+    least: int,
+    threads: int,
+    done: Callable[[float], None] = lambda _share: None,
+) -> list[Result]:
+    """Run ``task`` on consecutive slices of ``count`` items: large ones first, small ones so that all end together.
 
     Args:
-        task: Called with a slice; with several threads, in any order.
+        task: Called with a slice; with several threads, in any order. How items are sliced depends on ``threads``.
         count: Number of items.
-        size: Items in a slice.
+        least: Items in the smallest slices.
         threads: How many slices are worked on at a time; one works in the caller's own thread.
         done: Called with the share that is done, 0..1, in the caller's thread.
+
+    Returns:
+        What ``task`` returned, in the order of the slices.
     """
-    parts = [slice(first, min(first + size, count)) for first in range(0, count, size)]
+    parts, results = list(_slices(count, least, threads)), []
     done(0.0)
-    if threads == 1:
-        for part in parts:
-            task(part)
+    with ThreadPoolExecutor(threads) as pool:  # starts no thread until it is given something
+        for part, result in zip(parts, map(task, parts) if threads == 1 else pool.map(task, parts), strict=True):
+            results.append(result)
             done(part.stop / count)
-        return
-    with ThreadPoolExecutor(threads) as pool:
-        for part, _ in zip(parts, pool.map(task, parts), strict=True):
-            done(part.stop / count)
+    return results
+
+
+def _slices(count: int, least: int, threads: int) -> Iterator[slice]:
+    first = 0
+    while first < count:
+        size = min(max((count - first) // (2 * threads), least), LARGEST * least)
+        yield slice(first, min(first + size, count))
+        first += size

@@ -9,10 +9,13 @@ from fingersplit.objects.model import ObjectModel
 from fingersplit.parallel_grasps.crossing_pairs import crossing_pairs
 from fingersplit.parallel_grasps.grasp_set import ParallelGrasps
 from fingersplit.parallel_grasps.spread import COVERING, spread_pairs
+from fingersplit.threads import in_threads
 
 __all__ = ["LEAST_OPENING", "sample_antipodal"]
 
 LEAST_RAYS, RAYS_PER_PAIR = 640, 10
+FOLLOWED = 64
+"""Fewest rays that a thread follows at a time."""
 LEAST_OPENING = 2e-3
 """[m]; thinner than this a pad cannot be placed on both sides."""
 
@@ -25,6 +28,7 @@ def sample_antipodal(
     opening: tuple[float, float],
     approaches: int,
     rng: np.random.Generator,
+    threads: int = 1,
 ) -> ParallelGrasps:
     """Antipodal pairs spread over the object, each with evenly turned approach directions.
 
@@ -39,6 +43,7 @@ def sample_antipodal(
         opening: Least and largest jaw opening [m].
         approaches: Approach directions per pair, evenly about the jaw axis from a random first one.
         rng: Source of every random choice.
+        threads: Threads that follow the rays; the answer does not depend on it.
 
     Returns:
         At most ``count * approaches`` grasps, the approaches of a pair next to each other; empty when no pair fits.
@@ -47,7 +52,14 @@ def sample_antipodal(
     draws = rng.random((rays, 3))
     draws[:, 0] = (np.arange(rays) + draws[:, 0]) / rays
     least_cosine, narrowest = math.cos(math.atan(friction)), max(opening[0], LEAST_OPENING)
-    first, second, seats = crossing_pairs(model.triangles, model.surface, draws, least_cosine, narrowest, opening[1])
+
+    def follow(part: slice) -> tuple[NDArray[np.float64], ...]:
+        found: tuple[NDArray[np.float64], ...] = crossing_pairs(
+            model.triangles, model.surface, draws[part], least_cosine, narrowest, opening[1]
+        )
+        return found
+
+    first, second, seats = map(np.concatenate, zip(*in_threads(follow, rays, FOLLOWED, threads), strict=True))
     off_center = np.linalg.norm((first + second) / 2 - model.center_of_mass, axis=1) / model.radius
     order = np.argsort(off_center - seats, kind="stable")
     if (seats > 0).any():  # contacts next to edges serve only where the object offers no others

@@ -42,7 +42,8 @@ def crossing_pairs(triangles, surface, draws, least_cosine, narrowest, widest):
         falls towards an edge; less 1, so negative, where an end lies next to an edge.
     """
     count, samples, found = len(draws), len(surface.normals), 0
-    first, second, seats = np.empty((4 * count, 3)), np.empty((4 * count, 3)), np.empty(4 * count)
+    room = CROSSINGS * count
+    first, second, seats = np.empty((room, 3)), np.empty((room, 3)), np.empty(room)
     distances, faces = np.empty(CROSSINGS), np.empty(CROSSINGS, np.int64)
     for ray in range(count):
         # Samples stand in the order of their cells: even steps through them are even steps over the surface.
@@ -56,7 +57,7 @@ def crossing_pairs(triangles, surface, draws, least_cosine, narrowest, widest):
         crossings = cast(triangles, origin, direction, widest, distances, faces)
         for k in range(crossings):
             flat = dot(face_normal(triangles, faces[k]), direction)
-            if distances[k] < narrowest or flat < least_cosine or found == len(seats):
+            if distances[k] < narrowest or flat < least_cosine:
                 continue
             end = add(origin, scale(distances[k], direction))
             j = nearest(surface.grid, end, -1)

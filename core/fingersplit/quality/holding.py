@@ -44,8 +44,8 @@ OTHER_SIDE = -0.5
 LEAST_SINGULAR = 1e-4
 """Least over largest singular value of the grasp matrix below which contacts count as lying on a line."""
 
-JUDGED = 64
-"""Grasps that a thread judges at a time."""
+JUDGED = 8
+"""Fewest grasps that a thread judges at a time."""
 
 SCRATCH = np.dtype(
     [
@@ -144,7 +144,7 @@ def assess_holding(
         results = frictions[part], margins[part], forces[part], found[part]
         _assess(grasps, surface, friction, *given, *results, np.zeros(1, SCRATCH))
 
-    in_threads(judge, n, JUDGED, threads, lambda _share: None)
+    in_threads(judge, n, JUDGED, threads)
     worst = margins.argmin(axis=1)
     return [
         Holding(float(margins[i, worst[i]]), _DIRECTIONS[worst[i]], frictions[i], forces[i] if found[i] else None)

@@ -22,8 +22,8 @@ from fingersplit.threads import Progress, in_threads
 
 __all__ = ["Start", "build_problem", "choose_starts", "split_starts"]
 
-SCREENED, SPLIT = 64, 8
-"""Parallel grasps that a thread screens, and starts that it splits, at a time."""
+SCREENED, SPLIT = 32, 4
+"""Fewest parallel grasps that a thread screens, and starts that it splits, at a time."""
 
 
 @dataclass(frozen=True, eq=False)
