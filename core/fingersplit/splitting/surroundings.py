@@ -1,8 +1,8 @@
 """The grasp around the grasp: how the hand gets there without touching, and what it does to hold.
 
 The pre-grasp opens the fingers along the surface normals at their contacts; the approach backs the palm off against the
-direction of travel. Both are tested for collisions on the way. The squeeze drives the pads into the object along the
-forces that hold it, as targets for position servos.
+direction of travel. Both are tested for collisions on the way. The squeeze is a target for position servos that presses
+with the forces that hold the object.
 """
 
 from dataclasses import dataclass
@@ -15,9 +15,8 @@ from fingersplit.hands.kernel import move_fingers
 from fingersplit.splitting.collision import measure_clearances
 from fingersplit.splitting.run import Run
 from fingersplit.splitting.state import new_states, new_work
-from fingersplit.splitting.tracking import track
 from fingersplit.transforms import pose_matrix
-from fingersplit.vectors import add, get, subtract
+from fingersplit.vectors import get
 
 __all__ = ["Surroundings", "surroundings"]
 
@@ -27,9 +26,10 @@ LEAST_OPENING = 2
 """Steps; with less the hand would brush along the object."""
 RETREAT, RETREAT_STEPS = 0.1, 20
 """How far the palm backs off [m], and where on the way it is tested."""
+OPENING_DAMPING = 0.01
+"""[m/rad]; a tenth of a finger's reach, so that a finger which cannot open does not swing."""
 SQUEEZE_DEPTH = 10e-3
-"""How far the pad with the largest force is driven into the object [m]."""
-TRACKING_ITERATIONS = 3
+"""How far the farthest pad would go into the object if it could [m]."""
 FREE = 1e-4
 """[m]; links deeper in the object than this touch it."""
 
@@ -56,41 +56,53 @@ def surroundings(run: Run, forces: NDArray[np.float64] | None) -> Surroundings:
         run: The finished run.
         forces: Forces of the fingers on the object, (F, 3) [N]; None squeezes along the surface normals.
     """
-    states, work, joints = new_states(2), new_work(), len(run.hand.joint_names)
-    direction = -run.final.normals if forces is None else forces
-    pushes = SQUEEZE_DEPTH * direction / np.linalg.norm(direction, axis=1).max()
-    states[0] = run.last
-    _push_pads(run.problem.hand, states, pushes, work)
-    squeeze = states[0].joints[:joints].copy()
+    states = new_states(1)
     states[0] = run.last
     axis = run.final.object_from_palm[:3, :3] @ run.hand.gripper.palm_from_gripper[:, 2]
-    free = _open_and_retreat(run.problem, states, -axis, work)
+    free = _open_and_retreat(run.problem, states[0], -axis, new_work())
     approach = states[0]
     pose = pose_matrix(approach.palm_rotation, approach.palm_position) if free else None
-    return Surroundings(pose, approach.joints[:joints].copy(), squeeze)
+    pregrasp = approach.joints[: len(run.hand.joint_names)].copy()
+    return Surroundings(pose, pregrasp, _squeeze(run, -run.final.normals if forces is None else forces))
+
+
+def _squeeze(run: Run, forces: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Joint targets off the grasp by the torques J^T f times one factor, so that equal servos press like ``forces``.
+
+    Where the lever is short that is a small turn: a finger that points along its spread joint is not swung.
+    """
+    hand, torques, reach = run.problem.hand, np.zeros(len(run.hand.joint_names)), 0.0
+    for finger, force in enumerate(forces):
+        count = hand.joint_counts[finger]
+        J = run.last.jacobians[finger, :, :count]
+        torques[hand.joint_indices[finger, :count]] += J.T @ force
+        reach = max(reach, float(np.linalg.norm(J @ J.T @ force)))
+    return np.clip(run.final.joints + SQUEEZE_DEPTH / reach * torques, run.hand.lower, run.hand.upper)
 
 
 @kernel
-def _push_pads(hand, states, pushes, work):
-    """Move the pads by ``pushes`` (F, 3) [m], as far as the joints go."""
-    state = states[0]
-    states[1] = states[0]
-    for _ in range(TRACKING_ITERATIONS):
-        for finger in range(hand.finger_count):
-            target = add(get(states[1].pads, finger), get(pushes, finger))
-            track(hand, state, finger, subtract(target, get(state.pads, finger)), work, work.joint_step)
-        state.joints[:] = work.joint_step
-        move_fingers(hand, state)
+def _open_fingers(hand, state, work):
+    """The smallest joint motion that moves every pad by ``OPENING_STEP`` along its contact's normal, within limits."""
+    for finger in range(hand.finger_count):
+        count, indices, J = hand.joint_counts[finger], hand.joint_indices[finger], state.jacobians[finger]
+        n, squared = get(state.normals, finger), OPENING_DAMPING**2
+        for i in range(count):
+            work.steps[i] = J[0, i] * n[0] + J[1, i] * n[1] + J[2, i] * n[2]
+            squared += work.steps[i] ** 2
+        for i in range(count):
+            j = indices[i]
+            angle = state.joints[j] + OPENING_STEP / squared * work.steps[i]
+            state.joints[j] = min(max(angle, hand.lower[j]), hand.upper[j])
+    move_fingers(hand, state)
 
 
 @kernel
-def _open_and_retreat(problem, states, backwards, work):
+def _open_and_retreat(problem, state, backwards, work):
     """Open the fingers as far as nothing touches, then back the palm off; whether all of it was free."""
-    hand, state = problem.hand, states[0]
-    pushes = OPENING_STEP * state.normals[: hand.finger_count]
+    hand = problem.hand
     for opened in range(OPENING_STEPS):
         joints = state.joints.copy()
-        _push_pads(hand, states, pushes, work)
+        _open_fingers(hand, state, work)
         if opened >= LEAST_OPENING and _touches(problem, state, work):
             state.joints[:] = joints
             move_fingers(hand, state)

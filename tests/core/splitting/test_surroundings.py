@@ -88,7 +88,7 @@ def test_fingers_open_along_the_normals_within_their_limits(barrett, prepared, e
         pose = run.final.object_from_palm
         opened, closed = barrett.pose(joints, pose).pads[:3], barrett.pose(run.final.joints, pose).pads[:3]
         moved = ((opened - closed) * run.final.normals).sum(axis=1)
-        assert (moved <= OPENING_STEP * OPENING_STEPS + 1e-6).all()
+        assert (moved <= 1.01 * OPENING_STEP * OPENING_STEPS).all()  # steps are exact to the first order
         gaps.append(moved)
     gaps = np.array(gaps)
     assert (gaps > 0).all()
@@ -104,24 +104,35 @@ def test_squeeze_drives_every_pad_into_the_object(barrett, prepared, feasible_ru
         assert (joints <= barrett.upper).all()
         squeezed, closed = barrett.pose(joints, pose).pads[:3], barrett.pose(run.final.joints, pose).pads[:3]
         inwards = -((squeezed - closed) * run.final.normals).sum(axis=1)
-        assert (inwards > -1e-3).all()  # a finger at its joint limits stays where it is
+        assert (inwards > 0).all()
         assert (inwards < SQUEEZE_DEPTH * 1.05).all()
         depths.append(inwards)
-    assert np.median(depths) > 0.8 * SQUEEZE_DEPTH
+    assert np.median(np.max(depths, axis=1)) > 0.8 * SQUEEZE_DEPTH
 
 
-def test_squeeze_goes_along_the_forces_and_as_far_as_they_are_strong(barrett, feasible_runs):
-    checked = 0
+def test_equal_servos_at_the_squeeze_press_in_proportion_to_the_forces(barrett, feasible_runs):
     for run in feasible_runs("box"):
         forces = -run.final.normals * np.array([[4.0], [2.0], [1.0]])
         forces[0] += 1.0 * np.cross(run.final.normals[0], run.final.object_from_palm[:3, 0])  # and a little sideways
-        pose, joints = run.final.object_from_palm, surroundings(run, forces).squeeze_joints
-        moved = barrett.pose(joints, pose).pads[:3] - barrett.pose(run.final.joints, pose).pads[:3]
-        wanted = SQUEEZE_DEPTH * forces / np.linalg.norm(forces, axis=1).max()
-        missed = np.linalg.norm(moved - wanted, axis=1) / np.linalg.norm(wanted, axis=1)
-        checked += (missed[:2] < 0.1).all()  # the third finger has two joints and cannot go everywhere
-        assert (missed < 1).all()
-    assert checked > len(feasible_runs("box")) / 2
+        pressed = surroundings(run, forces).squeeze_joints
+        torques = np.zeros(len(pressed))  # from finite differences of the pads
+        for joint in range(len(pressed)):
+            nudge = 1e-6 * np.eye(len(pressed))[joint]
+            high, low = (barrett.pose(run.final.joints + sign * nudge, run.final.object_from_palm) for sign in (1, -1))
+            torques[joint] = ((high.pads[:3] - low.pads[:3]) / 2e-6 * forces).sum()
+        free = (pressed > barrett.lower) & (pressed < barrett.upper)
+        stiffness = np.linalg.norm(torques[free]) / np.linalg.norm((pressed - run.final.joints)[free])
+        np.testing.assert_allclose(stiffness * (pressed - run.final.joints)[free], torques[free], atol=1e-6)
+        assert (np.abs(pressed - run.final.joints)[~free] <= np.abs(torques[~free]) / stiffness + 1e-9).all()
+
+
+@OBJECTS
+def test_nothing_swings_before_or_after_the_grasp(feasible_runs, name):
+    """A pad next to the axis of its spread joint moves little however far that joint turns."""
+    for run in feasible_runs(name):
+        around = surroundings(run, None)
+        assert np.abs(around.squeeze_joints - run.final.joints).max() < 0.2
+        assert np.abs(around.pregrasp_joints - run.final.joints).max() < 0.5
 
 
 def test_surroundings_leave_the_run_as_it_was(feasible_runs):
