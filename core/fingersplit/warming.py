@@ -9,6 +9,7 @@ from fingersplit.objects.parametric import cylinder
 from fingersplit.parallel_grasps.closing import close_jaws
 from fingersplit.planning import plan
 from fingersplit.recording.posing import pose_links
+from fingersplit.recording.shading import shade_hand
 from fingersplit.recording.surface_points import hit_points, reference_points
 
 __all__ = ["compile_kernels", "kernels_are_compiled"]
@@ -29,3 +30,4 @@ def compile_kernels(hand: Hand) -> None:
     pose_links(hand, *state)
     hit_points(hand, model, *state)
     reference_points(model, none)
+    shade_hand(hand)

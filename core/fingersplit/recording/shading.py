@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from fingersplit.hands.hand import Hand
 from fingersplit.objects.mesh import Mesh
+from fingersplit.recording.creases import shaded_corners
 from fingersplit.recording.posing import HandLink, hand_links
-from fingersplit.recording.raycast import Layer
 from fingersplit.transforms import pose_matrix, transform_points
 
 __all__ = ["ShadedMesh", "shade_hand", "shade_object"]
@@ -51,18 +51,10 @@ def _link_mesh(hand: Hand, link: HandLink) -> tuple[NDArray[np.float64], NDArray
 
 
 def _shade(vertices: NDArray[np.float64], faces: NDArray[np.integer]) -> ShadedMesh:
-    """A vertex is doubled only where a crease gives it two normals.
-
-    Recordings are compressed by repeated bytes: short numbers, and faces in the order of their vertices, have many.
-    """
-    corner_normals = Layer(vertices, faces, (0.0, 0.0, 0.0, 1.0)).corner_normals.reshape(-1, 3)
-    steps = np.round(NORMAL_STEPS * corner_normals)
-    # One number a corner sorts faster than rows do; digits of at most NORMAL_STEPS in base 4096 cannot run together.
-    numbers = np.column_stack([faces.ravel(), steps]).astype(np.int64) @ np.array([1 << 36, 1 << 24, 1 << 12, 1])
-    _, first, places = np.unique(numbers, return_index=True, return_inverse=True)
-    corners = places.reshape(-1, 3)
+    """Recordings are compressed by bytes that repeat: those of short numbers, and of faces in vertex order, do."""
+    corners, vertex_of, normals = shaded_corners(vertices, faces)
     return ShadedMesh(
-        vertices=vertices[faces.ravel()[first]].astype(np.float32),
-        normals=(steps[first] / NORMAL_STEPS).astype(np.float32),
+        vertices=vertices[vertex_of].astype(np.float32),
+        normals=(np.round(NORMAL_STEPS * normals) / NORMAL_STEPS).astype(np.float32),
         faces=corners[np.argsort(corners.min(axis=1), kind="stable")].astype(np.uint32),
     )
