@@ -64,7 +64,8 @@ def write_recording(
     initial = None if run.initial_simulation is None else Lift(run.initial_simulation, hand)
     lifts = [one for one in (lift, initial) if one is not None]
     eye, beside = choose_view(model, run, lifts, side_by_side=initial is not None)
-    stream = rr.RecordingStream(APPLICATION)
+    # Every message is its own chunk: rerun compresses one in the background while the next is made.
+    stream = rr.RecordingStream(APPLICATION, batcher_config=rr.ChunkBatcherConfig(flush_num_rows=1))
     stream.save(path, default_blueprint=grasp_blueprint(eye, lifted=bool(lifts)))
     try:
         title = f"{model.name}, {hand.name} hand, {run.title}"
