@@ -227,9 +227,11 @@ def verify_plan(
 
 def keep_recording(storage: Storage, job_id: str, planned: "Plan") -> list[str]:
     """Write what pictures of the grasps need; what went wrong, in sentences, where that cannot be."""
+    from fingersplit.recording.traces_file import save_traces
+
     try:
         with storage.atomic(storage.traces(job_id), durable=False) as staged:
-            planned.save_traces(staged)
+            save_traces(planned, staged)
     except OSError as error:
         return [f"What pictures and recordings need could not be written: {error.strerror}."]
     return []

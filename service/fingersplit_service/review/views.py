@@ -8,10 +8,10 @@ import json
 from pathlib import Path
 from typing import TypeVar
 
-import numpy as np
 from fastapi import APIRouter
 from fastapi.responses import FileResponse
 
+from fingersplit.recording.traces_file import load_run
 from fingersplit_client.schemas import GraspCurve
 from fingersplit_service.endpoints.documents import JobId, Rank, known_job
 from fingersplit_service.endpoints.grasps import job_grasp, job_grasps
@@ -103,13 +103,12 @@ def _kept(kind: type[_File], path: Path) -> _File:
 
 
 def _read_curve(traces: Path, rank: int) -> GraspCurve:
-    with np.load(traces, allow_pickle=False) as stored:
-        names = stored["phase_names"]
-        return GraspCurve(
-            phases=names[stored[f"{rank}/phases"]].tolist(),
-            quality=stored[f"{rank}/scores"][:, _OBJECTIVE].tolist(),
-            residual=stored[f"{rank}/residuals"].max(axis=1).tolist(),
-        )
+    run = load_run(traces, rank)
+    return GraspCurve(
+        phases=[run.phase_names[phase] for phase in run.trace["phases"]],
+        quality=run.trace["scores"][:, _OBJECTIVE].tolist(),
+        residual=run.trace["residuals"].max(axis=1).tolist(),
+    )
 
 
 async def _best_rank(runtime: Runtime, principal: Principal, job_id: str) -> int:

@@ -23,9 +23,10 @@ from fingersplit.recording.recorded_run import RecordedRun
 from fingersplit.recording.run_recording import record_run, write_recording
 from fingersplit.recording.shading import shade_object
 from fingersplit.recording.surface_points import hit_points
+from fingersplit.recording.traces_file import save_traces
 from fingersplit.splitting.trace import CPO, PHASE_NAMES, QUALITY
 from fingersplit.transforms import pose_matrix, wxyz_from_rotation
-from fingersplit.verification import Simulation
+from fingersplit.verification import Simulation, Verification
 
 FRAMES = 40
 
@@ -258,12 +259,21 @@ def test_an_unstable_simulation_is_shown_up_to_its_first_bad_frame(planned, barr
 
 
 def test_a_recording_from_stored_traces_is_the_same(planned, barrett, recording, tmp_path):
-    planned.save_traces(tmp_path / "traces.npz")
+    simulation = simulated(planned.grasps[0], drops=True)
+    report = Verification("lift", "slipped", "a simulator", {}, 0.0, np.zeros((3, 3)), 0.0, None, (), simulation, 0.1)
+    proven = replace(planned, grasps=(replace(planned.grasps[0], initial_verification=report), *planned.grasps[1:]))
+    save_traces(proven, tmp_path / "traces.npz")
     stored = RecordedRun.from_file(tmp_path / "traces.npz", 1)
-    fresh = RecordedRun.from_planned(planned.grasps[0], barrett)
+    fresh = RecordedRun.from_planned(proven.grasps[0], barrett)
     assert stored.document == fresh.document
+    assert stored.initial_report == fresh.initial_report
     for column in fields(fresh.trace):
         np.testing.assert_array_equal(getattr(stored.trace, column.name), getattr(fresh.trace, column.name))
+    assert stored.simulation is None
+    for column in fields(simulation):
+        np.testing.assert_array_equal(getattr(stored.initial_simulation, column.name), getattr(simulation, column.name))
+    assert RecordedRun.from_file(tmp_path / "traces.npz", 2).initial_simulation is None
+    stored = replace(stored, initial_simulation=None)
     write_recording(tmp_path / "run.rrd", planned.model, barrett, stored)
     assert Recording(tmp_path / "run.rrd").entities == recording.entities
     with pytest.raises(KeyError):
