@@ -42,17 +42,18 @@ class StoredRun:
     initial_verification: dict[str, Any] | None
 
 
-def save_traces(plan: "Plan", path: Path) -> None:
+def save_traces(plan: "Plan", document: dict[str, Any], path: Path) -> None:
     """Write what pictures and recordings of a plan's ranked grasps need, an .npz file.
 
     Args:
         plan: The plan.
+        document: Its result document.
         path: The file to write.
     """
     from fingersplit.splitting.trace import PHASE_NAMES  # where a plan is, it is loaded
 
     tables, grasps = dict[str, NDArray[Any]](), {}
-    for grasp in plan.grasps:
+    for grasp, stated in zip(plan.grasps, document["grasps"], strict=True):
         tables[f"{grasp.rank}/trace"] = _table(_columns(grasp.run.trace))
         simulations = {}
         for name in ("verification", "initial_verification"):
@@ -63,7 +64,7 @@ def save_traces(plan: "Plan", path: Path) -> None:
                 tables[f"{grasp.rank}/{name}"] = _table(columns)
         grasps[grasp.rank] = {
             "title": f"{plan.model.name}, {plan.hand.name} hand, rank {grasp.rank}: {_outcome(grasp)}",
-            "document": grasp.to_document(plan.hand),
+            "document": stated,
             "simulations": simulations,
         }
     about = json.dumps({"hand": plan.hand.name, "phase_names": PHASE_NAMES, "grasps": grasps}).encode()

@@ -32,7 +32,8 @@ sys.exit(f"loaded {found}" if found else 0)
 @pytest.fixture(scope="module")
 def traces(barrett, tmp_path_factory):
     path = tmp_path_factory.mktemp("plan") / "traces.npz"
-    save_traces(plan(prepare_object(cylinder(), "cylinder"), barrett, starts=8, top_k=2, seed=3), path)
+    planned = plan(prepare_object(cylinder(), "cylinder"), barrett, starts=8, top_k=2, seed=3)
+    save_traces(planned, planned.to_document(), path)
     return path
 
 
