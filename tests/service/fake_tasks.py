@@ -55,7 +55,7 @@ def plan(storage: Storage, order: JobOrder) -> JobOutcome:
         holding_margin=document["grasps"][0]["metrics"]["holding_margin"],
         warnings=warnings,
     )
-    return JobOutcome(finding, document["timings_ms"], (True, False))
+    return JobOutcome(finding, document["timings_ms"], (True, False), None if warnings else 1)
 
 
 def _record(traces: Path, how: int) -> list[str]:

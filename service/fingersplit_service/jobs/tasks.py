@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from fingersplit_service.findings import Finding
 from fingersplit_service.jobs.stored_objects import convex_pieces, keep_object, planner_settings, prepared_object
-from fingersplit_service.jobs.views import ExportedFile, ViewOrder, convert_result, draw_view
+from fingersplit_service.jobs.views import DrawTask, ExportedFile, best_rank, convert_result, draw_view
 from fingersplit_service.jobs.worker import report_progress
 from fingersplit_service.storage import Storage
 
@@ -86,11 +86,19 @@ class JobOrder:
 
 @dataclass(frozen=True)
 class JobOutcome:
-    """A finished job: what to keep, and for the metrics the time by stage [ms] and whether each simulation held."""
+    """A finished job.
+
+    Attributes:
+        finding: What to keep.
+        stage_ms: Time by stage [ms], for the metrics.
+        simulated: Whether each simulation held, for the metrics.
+        pictured: Rank of the grasp whose picture stands for the run; None when there can be none.
+    """
 
     finding: Finding
     stage_ms: dict[str, float] = field(default_factory=dict)
     simulated: tuple[bool, ...] = ()
+    pictured: int | None = None
 
 
 def warm() -> Warmth:
@@ -201,7 +209,8 @@ def plan_job(storage: Storage, order: JobOrder) -> JobOutcome:
         holding_margin=ranked[0]["metrics"]["holding_margin"] if ranked else None,
         warnings=warnings,
     )
-    return JobOutcome(finding, document["timings_ms"], simulated)
+    pictured = best_rank(ranked) if asked["recording"] and not warnings else None
+    return JobOutcome(finding, document["timings_ms"], simulated, pictured)
 
 
 def verify_plan(
@@ -248,7 +257,6 @@ InspectTask = Callable[[Storage, Upload], dict[str, Any]]
 DecomposeTask = Callable[[Storage, str], None]
 GenerateTask = Callable[[Storage, str, dict[str, Any]], list[dict[str, Any]]]
 PlanTask = Callable[[Storage, JobOrder], JobOutcome]
-DrawTask = Callable[[Storage, ViewOrder], None]
 ConvertTask = Callable[[str, str, int | None], ExportedFile]
 ExportTask = Callable[[Storage, str, str], None]
 
