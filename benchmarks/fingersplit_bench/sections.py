@@ -14,6 +14,7 @@ SECTIONS = {
     "objects": "fingersplit_bench.objects_report:objects_chapter",
     "parallel_grasps": "fingersplit_bench.parallel_grasps:parallel_grasps_chapter",
     "verification": "fingersplit_bench.verification:verification_chapter",
+    "recordings": "fingersplit_bench.recordings:recordings_chapter",
 }
 """Name of each section and its function from ``Bench`` to ``Chapter``, in the order of the report."""
 

@@ -236,10 +236,11 @@ def _draw(result: Any, picture: Path) -> None:
     from tempfile import TemporaryDirectory
 
     from fingersplit.recording.stored import draw_stored
+    from fingersplit.recording.traces_file import save_traces
 
     with TemporaryDirectory() as folder:
         traces = Path(folder) / "traces.npz"
-        result.save_traces(traces)
+        save_traces(result, result.to_document(), traces)
         draw_stored(traces, result.model.mesh, 1, picture)
 
 

@@ -1,13 +1,8 @@
 """The answer to a planning request: ranked grasps, and the document that states them."""
 
-import json
 from collections import Counter
-from dataclasses import dataclass, fields
-from pathlib import Path
+from dataclasses import dataclass
 from typing import Any
-
-import numpy as np
-from numpy.typing import NDArray
 
 from fingersplit.grasp import palm_document
 from fingersplit.hands.hand import Hand
@@ -16,7 +11,6 @@ from fingersplit.quality.assessment import Metrics
 from fingersplit.quality.holding import Holding
 from fingersplit.splitting.run import Run
 from fingersplit.splitting.surroundings import Surroundings
-from fingersplit.splitting.trace import PHASE_NAMES
 from fingersplit.verification.report import Verification
 
 __all__ = ["Plan", "PlannedGrasp", "Proof"]
@@ -161,32 +155,6 @@ class Plan:
     def feasible(self) -> int:
         """Number of runs that ended in a feasible grasp."""
         return sum(run.feasible for run in self.runs)
-
-    def save_traces(self, path: Path) -> None:
-        """Write what pictures and recordings of the ranked grasps need: an .npz of arrays named ``<rank>/<column>``."""
-        arrays: dict[str, NDArray[Any]] = {}
-        for grasp in self.grasps:
-            for column in fields(grasp.run.trace):
-                arrays[f"{grasp.rank}/{column.name}"] = getattr(grasp.run.trace, column.name)
-            end, verdict = (
-                grasp.run.termination.label.replace("_", " "),
-                "feasible" if grasp.run.feasible else "not feasible",
-            )
-            for who, report in (
-                ("verification", grasp.verification),
-                ("initial_verification", grasp.initial_verification),
-            ):
-                if report is not None and report.simulation is not None:
-                    for column in fields(report.simulation):
-                        arrays[f"{grasp.rank}/{who}/{column.name}"] = np.asarray(
-                            getattr(report.simulation, column.name)
-                        )
-            arrays[f"{grasp.rank}/document"] = np.array(json.dumps(grasp.to_document(self.hand)))
-            arrays[f"{grasp.rank}/title"] = np.array(
-                f"{self.model.name}, {self.hand.name} hand, rank {grasp.rank}: {verdict}, {end}"
-            )
-        names = {"hand": np.array(self.hand.name), "phase_names": np.array(PHASE_NAMES)}
-        np.savez(path, allow_pickle=False, **names, **arrays)
 
     def to_document(self) -> dict[str, Any]:
         """The result document: plain JSON data, SI units, object frame, quaternions wxyz.

@@ -8,6 +8,9 @@ from fingersplit.objects.model import prepare_object
 from fingersplit.objects.parametric import cylinder
 from fingersplit.parallel_grasps.closing import close_jaws
 from fingersplit.planning import plan
+from fingersplit.recording.posing import pose_links
+from fingersplit.recording.shading import shade_hand
+from fingersplit.recording.surface_points import hit_points, reference_points
 
 __all__ = ["compile_kernels", "kernels_are_compiled"]
 
@@ -23,3 +26,8 @@ def compile_kernels(hand: Hand) -> None:
     plan(model, hand, source="both", starts=2, top_k=1)
     none = np.zeros((0, 3))
     close_jaws(model.triangles, none, none, none, np.zeros(0), np.zeros((0, 2)), np.zeros((0, 2, 3)))
+    state = hand.lower[None], np.eye(3)[None], np.zeros((1, 3))
+    pose_links(hand, *state)
+    hit_points(hand, model, *state)
+    reference_points(model, none)
+    shade_hand(hand)

@@ -97,7 +97,7 @@ async def running(settings: ServiceSettings, tasks: Tasks, metrics: Metrics) -> 
         stack.push_async_callback(engine.stop)
         watch, objects, jobs = Watch(), ObjectStore(database), JobStore(database)
         queue = Queue(database, uuid4().hex, settings.lease_s)
-        dispatcher = Dispatcher(queue, storage, engine, watch, metrics, settings, tasks.plan)
+        dispatcher = Dispatcher(queue, storage, engine, watch, metrics, settings, tasks)
         stack.push_async_callback(dispatcher.stop)
         stack.push_async_callback(engine.stop_refilling)
         engine.start()

@@ -55,16 +55,26 @@ def plan(storage: Storage, order: JobOrder) -> JobOutcome:
         holding_margin=document["grasps"][0]["metrics"]["holding_margin"],
         warnings=warnings,
     )
-    return JobOutcome(finding, document["timings_ms"], (True, False))
+    return JobOutcome(finding, document["timings_ms"], (True, False), None if warnings else 1)
 
 
 def _record(traces: Path, how: int) -> list[str]:
     if how == UNRECORDED:
         return ["What pictures and recordings need could not be written: No space left on device."]
     traces.parent.mkdir(parents=True, exist_ok=True)
-    columns = {"1/phases": np.zeros(1, int), "1/scores": np.zeros((1, 4)), "1/residuals": np.zeros((1, 3))}
-    np.savez(traces, phase_names=np.array(["map"]), **columns)
+    write_traces(traces, [(2, [0.1, 0, 0, 0], [0.0, 1e-3]), (0, [0.2, 0, 0, 0], [2e-3, 0.0])])
     return []
+
+
+def write_traces(traces: Path, states: list[tuple[int, list[float], list[float]]]) -> None:
+    """Traces of one grasp: phase, scores and residuals of each state."""
+    about = {
+        "hand": "barrett",
+        "phase_names": ["cpo", "ppo", "map"],
+        "grasps": {"1": {"title": "A grasp", "document": {}, "simulations": {}}},
+    }
+    trace = np.array(states, [("phases", int), ("scores", float, 4), ("residuals", float, 2)])
+    np.savez(traces, about=np.frombuffer(json.dumps(about).encode(), dtype=np.uint8), **{"1/trace": trace})
 
 
 def generate(_storage: Storage, _object_id: str, asked: dict[str, Any]) -> list[dict[str, Any]]:

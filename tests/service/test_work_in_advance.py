@@ -7,15 +7,22 @@ from pathlib import Path
 
 import anyio
 import pytest
-from fake_tasks import FINE, HANGS
+from fake_tasks import FINE, HANGS, UNRECORDED, draw
+
+from fingersplit_service.jobs.views import ViewOrder, best_rank, draw_in_advance
+from fingersplit_service.storage import Storage
 
 pytestmark = pytest.mark.anyio
 
 
-async def exists(path: Path) -> dict:
+async def appears(path: Path) -> None:
     with anyio.fail_after(30):
         while not path.exists():
             await anyio.sleep(0.01)
+
+
+async def exists(path: Path) -> dict:
+    await appears(path)
     return json.loads(path.read_text())
 
 
@@ -87,3 +94,52 @@ async def test_a_service_that_stops_does_not_wait_for_it(start, tmp_path, hold):
     with anyio.fail_after(5):
         await gone(at_work["pid"])
     assert hold.exists()
+
+
+async def test_the_newest_is_done_first(start, tmp_path, hold):
+    async with start(tmp_path, workers=1, spare_workers=1) as api:
+        await exists(tmp_path / f"{await upload(api, 5)}.decomposing")
+        older, newer = [tmp_path / f"{await upload(api, edge)}.decomposing" for edge in (6, 7)]
+        hold.unlink()
+        await appears(older)
+        assert newer.stat().st_mtime_ns <= older.stat().st_mtime_ns
+
+
+async def test_a_run_has_its_small_picture_before_anybody_asks(start, tmp_path):
+    async with start(tmp_path, workers=1, spare_workers=1) as api:
+        storage = api.app.state.runtime.storage
+        unrecorded, job_id = await api.queue(UNRECORDED), await api.queue(FINE)
+        await api.ended(job_id)
+        await appears(storage.view(job_id, 1, "thumbnail.webp"))
+        assert storage.view(job_id, 1, "thumbnail.webp").read_bytes() == b"thumbnail.webp"
+        assert not storage.view(unrecorded, 1, "thumbnail.webp").exists()
+        assert not storage.view(job_id, 1, "recording.rrd").exists()
+
+
+@pytest.mark.parametrize("deleted", ["nothing", "run", "object", "run while it is drawn"])
+def test_nothing_is_drawn_of_what_was_deleted(tmp_path, deleted):
+    storage = Storage(tmp_path)
+    order = ViewOrder("thumbnail.webp", "job", 1, "object", "an object", None)
+    for needed, owner in ((storage.traces("job"), "run"), (storage.shape("object"), "object")):
+        needed.parent.mkdir(parents=True, exist_ok=True)
+        if owner != deleted:
+            needed.touch()
+    storage.staging.mkdir()
+
+    def draw_slowly(storage: Storage, order: ViewOrder) -> None:
+        if deleted == "run while it is drawn":
+            storage.remove_job(order.job_id)
+        draw(storage, order)
+
+    draw_in_advance(draw_slowly, storage, order)
+    assert storage.view("job", 1, "thumbnail.webp").exists() == (deleted == "nothing")
+    assert storage.job_folder("job").exists() == (deleted in ("nothing", "object", "run"))
+
+
+def test_what_stands_for_a_run_is_the_first_grasp_that_held():
+    grasps = [{"rank": rank, "verification": None} for rank in (1, 2, 3)]
+    assert best_rank([]) is None
+    assert best_rank(grasps) == 1
+    tried = [grasps[0] | {"verification": {"passed": False}}, grasps[1] | {"verification": {"passed": True}}, grasps[2]]
+    assert best_rank(tried) == 2
+    assert best_rank(tried[:1]) == 1

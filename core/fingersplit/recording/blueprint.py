@@ -95,7 +95,7 @@ def choose_view(
     right = np.cross(up, towards)
     radius = model.radius + HAND_REACH
     beside = 1.2 * radius * right
-    raised = max((float(np.ptp(lift.object_positions[:, 2])) for lift in lifts), default=0.0)
+    raised = max((float(np.ptp(lift.object_poses.positions[0, :, 2])) for lift in lifts), default=0.0)
     middle = (run.trace.palm_positions[-1] + model.center_of_mass) / 2
     target = middle + raised / 2 * up + (beside / 2 if side_by_side else 0)
     distance = 1.3 * radius + 0.9 * raised + (0.4 * radius if side_by_side else 0)

@@ -8,6 +8,7 @@ from fingersplit.hands.hand import Hand
 from fingersplit.objects.model import ObjectModel
 from fingersplit.recording import colors
 from fingersplit.recording.planning_rows import CONE_HEIGHT
+from fingersplit.recording.posing import hand_links
 from fingersplit.recording.recorded_run import RecordedRun
 from fingersplit.recording.shading import ShadedMesh, shade_hand, shade_object
 
@@ -20,18 +21,16 @@ APPROACH_LENGTH = 0.05
 
 
 def hand_entities(hand: Hand) -> list[str]:
-    """Entity of every collision primitive of a hand."""
-    return [f"world/hand/{name}" for name in hand.shape_names]
+    """Entity of every link of a hand."""
+    return [f"world/hand/{link.name}" for link in hand_links(hand)]
 
 
 def log_bodies(stream: rr.RecordingStream, model: ObjectModel, hand: Hand, run: RecordedRun, friction: float) -> None:
     """What never changes: meshes, colours and sizes, the parallel grasp, the axes of the palm's start."""
     stream.log("world", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
     _log_mesh(stream, "world/object", shade_object(model.mesh), colors.OBJECT)
-    for entity, mesh, carrier in zip(
-        hand_entities(hand), shade_hand(hand), hand.arrays.shape_fingers.tolist()[: len(hand.shape_names)], strict=True
-    ):
-        _log_mesh(stream, entity, mesh, colors.PALM if carrier < 0 else colors.LINK)
+    for entity, link, mesh in zip(hand_entities(hand), hand_links(hand), shade_hand(hand), strict=True):
+        _log_mesh(stream, entity, mesh, colors.PALM if link.finger < 0 else colors.LINK)
     cone = trimesh.creation.cone(radius=friction * CONE_HEIGHT, height=CONE_HEIGHT, sections=32)
     cone.vertices[:, 2] -= CONE_HEIGHT  # the tip at the contact, the cone along the inward normal
     cones = rr.Mesh3D(vertex_positions=cone.vertices, triangle_indices=cone.faces, albedo_factor=colors.CONE)

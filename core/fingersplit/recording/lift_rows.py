@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from fingersplit.hands.hand import Hand
-from fingersplit.recording.posing import pose_shapes
+from fingersplit.recording.posing import Poses, pose_links
 from fingersplit.verification import Simulation
 
 __all__ = ["Lift", "lift_indexes", "record_lift"]
@@ -29,10 +29,8 @@ class Lift:
     Attributes:
         times: Simulated time of every frame, (T,) [s].
         phases: Name of every frame's phase.
-        object_rotations: ``world_from_object`` rotations, (T, 3, 3).
-        object_positions: ``world_from_object`` origins, (T, 3) [m].
-        shape_rotations: ``world_from_shape`` of the hand's primitives, (T, K, 3, 3).
-        shape_positions: Their centres, (T, K, 3) [m].
+        object_poses: ``world_from_object``, one body.
+        hand_poses: ``world_from_link`` of the hand's links, see ``posing.hand_links``.
         contacts: Contact points, (T, F, 3) [m].
         forces: Contact forces on the object, (T, F, 3) [N].
         slips: How far the object has moved in the palm, (T,) [m].
@@ -48,13 +46,11 @@ class Lift:
         self.phases = [str(simulation.phase_names[phase]) for phase in simulation.phases[frames]]
         palms = Rotation.from_quat(simulation.palm_wxyz[frames], scalar_first=True)
         objects = Rotation.from_quat(simulation.object_wxyz[frames], scalar_first=True)
-        palm_positions = simulation.palm_positions[frames]
-        self.object_rotations, self.object_positions = objects.as_matrix(), simulation.object_positions[frames]
-        self.shape_rotations, self.shape_positions = pose_shapes(
-            hand, simulation.joints[frames], palms.as_matrix(), palm_positions
-        )
+        palm_positions, object_positions = simulation.palm_positions[frames], simulation.object_positions[frames]
+        self.object_poses = Poses(objects.as_quat()[None], object_positions[None])
+        self.hand_poses = pose_links(hand, simulation.joints[frames], palms.as_matrix(), palm_positions)
         self.contacts, self.forces = simulation.contact_positions[frames], simulation.contact_forces[frames]
-        in_palm = palms.inv().apply(self.object_positions - palm_positions)
+        in_palm = palms.inv().apply(object_positions - palm_positions)
         turned = palms.inv() * objects
         self.slips = np.linalg.norm(in_palm - in_palm[:1], axis=1)
         self.turns = (turned[0].inv() * turned).magnitude()

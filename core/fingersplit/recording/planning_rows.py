@@ -10,7 +10,7 @@ from fingersplit.hands.hand import Hand
 from fingersplit.objects.model import ObjectModel
 from fingersplit.quality.metrics import WrenchSpace, ferrari_canny
 from fingersplit.recording import colors
-from fingersplit.recording.posing import pose_shapes, turn_z_to
+from fingersplit.recording.posing import turn_z_to
 from fingersplit.recording.surface_points import hit_points, reference_points
 from fingersplit.splitting.trace import (
     CPO,
@@ -32,9 +32,7 @@ FERRARI_CANNY_ROWS = 4
 """Taking this metric costs milliseconds, so it is shown at so many states, spread evenly from the first to the last."""
 
 
-def record_planning(
-    stream: rr.RecordingStream, trace: Trace, model: ObjectModel, hand: Hand, friction: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def record_planning(stream: rr.RecordingStream, trace: Trace, model: ObjectModel, hand: Hand, friction: float) -> None:
     """Write all that changes from state to state, except where the bodies stand.
 
     Args:
@@ -43,18 +41,13 @@ def record_planning(
         model: The object.
         hand: The hand.
         friction: Coulomb friction coefficient.
-
-    Returns:
-        ``object_from_shape`` of the hand's primitives: rotations (T, K, 3, 3) and positions (T, K, 3) [m].
     """
-    rotations, positions = pose_shapes(hand, trace.joints, trace.palm_rotations, trace.palm_positions)
     _record_contacts(stream, trace)
     _record_contact_steps(stream, trace, model)
-    _record_hits(stream, trace, model, hand, rotations, positions)
+    _record_hits(stream, trace, model, hand)
     _record_quality(stream, trace)
     _record_metrics(stream, trace, model, friction)
     _record_constraints(stream, trace, hand)
-    return rotations, positions
 
 
 def planning_indexes(rows: NDArray[np.int64]) -> list[rr.TimeColumn]:
@@ -90,14 +83,12 @@ def _send(stream: rr.RecordingStream, entity: str, rows: NDArray[np.int64], *col
 
 def _record_contacts(stream: rr.RecordingStream, trace: Trace) -> None:
     """Contacts, outward normals and friction cones: one mesh for all cones, an instance for each contact."""
-    rows, fingers = np.arange(len(trace)), trace.contacts.shape[1]
-    contacts, normals = trace.contacts.reshape(-1, 3), trace.normals.reshape(-1, 3)
-    counts = [fingers] * len(rows)
-    _send(stream, "world/contacts", rows, rr.Points3D.columns(positions=contacts).partition(counts))
+    rows, contacts, normals = np.arange(len(trace)), trace.contacts, trace.normals
+    _send(stream, "world/contacts", rows, rr.Points3D.columns(positions=contacts))
     arrows = rr.Arrows3D.columns(origins=contacts, vectors=NORMAL_LENGTH * normals)
-    _send(stream, "world/contacts/normals", rows, arrows.partition(counts))
+    _send(stream, "world/contacts/normals", rows, arrows)
     cones = rr.InstancePoses3D.columns(translations=contacts, quaternions=turn_z_to(normals))
-    _send(stream, "world/contacts/cones", rows, cones.partition(counts))
+    _send(stream, "world/contacts/cones", rows, cones)
 
 
 def _record_contact_steps(stream: rr.RecordingStream, trace: Trace, model: ObjectModel) -> None:
@@ -112,33 +103,23 @@ def _record_contact_steps(stream: rr.RecordingStream, trace: Trace, model: Objec
     _send(stream, "world/cpo/reference_points", rows, points.partition(counts))
 
 
-def _record_hits(
-    stream: rr.RecordingStream,
-    trace: Trace,
-    model: ObjectModel,
-    hand: Hand,
-    rotations: NDArray[np.float64],
-    positions: NDArray[np.float64],
-) -> None:
+def _record_hits(stream: rr.RecordingStream, trace: Trace, model: ObjectModel, hand: Hand) -> None:
     """Collision points inside the hand; only states that the planner found penetrating are looked at."""
     rows = np.arange(len(trace))
-    penetrating = np.flatnonzero(trace.scores[:, PENETRATION] > 0)
-    found = iter(hit_points(hand, model, rotations[penetrating], positions[penetrating]))
-    hits = [next(found) if depth > 0 else np.empty((0, 3)) for depth in trace.scores[:, PENETRATION]]
-    points = rr.Points3D.columns(positions=np.vstack(hits)).partition([len(hit) for hit in hits])
+    looked_at = trace.scores[:, PENETRATION] > 0
+    states = trace.joints[looked_at], trace.palm_rotations[looked_at], trace.palm_positions[looked_at]
+    found, counts = hit_points(hand, model, *states), np.zeros(len(trace), dtype=np.int64)
+    counts[looked_at] = [len(hits) for hits in found]
+    points = rr.Points3D.columns(positions=np.vstack([*found, np.empty((0, 3))])).partition(counts)
     _send(stream, "world/collision_points", rows, points)
 
 
 def _record_quality(stream: rr.RecordingStream, trace: Trace) -> None:
     """Q in the colour of the phase that led to the state, and its two parts."""
     rows = np.arange(len(trace))
-    _send(
-        stream,
-        "quality/Q",
-        rows,
-        rr.Scalars.columns(scalars=trace.scores[:, QUALITY]),
-        rr.SeriesLines.columns(colors=[colors.rgba(colors.PHASES[PHASE_NAMES[phase]]) for phase in trace.phases]),
-    )
+    palette = np.array([colors.rgba(colors.PHASES[name]) for name in PHASE_NAMES], dtype=np.uint8)
+    lines = rr.SeriesLines.columns(colors=palette[trace.phases])
+    _send(stream, "quality/Q", rows, rr.Scalars.columns(scalars=trace.scores[:, QUALITY]), lines)
     for entity, column in (("quality_parts/w1_Q_o", OBJECT_QUALITY), ("quality_parts/w2_Q_h", HAND_QUALITY)):
         _send(stream, entity, rows, rr.Scalars.columns(scalars=trace.scores[:, column]))
 

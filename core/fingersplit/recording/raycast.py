@@ -5,17 +5,15 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-import trimesh
 from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter, map_coordinates
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
+
+from fingersplit.recording.creases import shaded_corners
 
 __all__ = ["Camera", "Layer", "render", "unobstructed"]
 
-CREASE = 0.6  # [rad] faces that meet at a larger angle keep a sharp edge between them
 SURFACES = 6  # translucent surfaces that one ray looks through
 AMBIENT = 0.36
 LIGHTS = (((-0.5, 0.75, 0.6), 0.52), ((0.8, 0.1, 0.5), 0.22))  # towards the light (right, up, viewer); strength
@@ -47,17 +45,8 @@ class Layer:
     @cached_property
     def corner_normals(self) -> NDArray[np.float32]:
         """Unit outward normals at every face's corners, smooth except across creases, (n_faces, 3, 3)."""
-        mesh = trimesh.Trimesh(self.vertices, self.faces, process=False, validate=False)
-        smooth = mesh.face_adjacency[mesh.face_adjacency_angles < CREASE]
-        count = len(self.faces)
-        links = coo_array((np.ones(len(smooth), dtype=bool), tuple(smooth.T)), shape=(count, count))
-        patches = connected_components(links, directed=False)[1].astype(np.int64)
-        keys = patches[:, None] * len(self.vertices) + self.faces
-        _, corners = np.unique(keys, return_inverse=True)
-        doubled_areas = np.cross(*np.moveaxis(np.diff(self.vertices[self.faces], axis=1), 1, 0))
-        weights = np.repeat(doubled_areas, 3, axis=0)
-        sums = np.stack([np.bincount(corners.ravel(), weights[:, axis]) for axis in range(3)], axis=-1)
-        return np.asarray(_unit(sums)[corners.reshape(-1, 3)], dtype=np.float32)
+        corners, _, normals = shaded_corners(self.vertices, self.faces)
+        return normals[corners].astype(np.float32)
 
 
 @dataclass(frozen=True, eq=False)

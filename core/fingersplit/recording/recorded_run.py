@@ -1,15 +1,12 @@
 """What a recording tells of one planned grasp, whether it was just planned or comes from a file."""
 
-import json
-from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
 
-import numpy as np
-
 from fingersplit.hands.hand import Hand
 from fingersplit.plan import PlannedGrasp
+from fingersplit.recording.traces_file import StoredRun, load_run
 from fingersplit.splitting.trace import Trace
 from fingersplit.verification import Simulation, Verification
 
@@ -48,29 +45,27 @@ class RecordedRun:
 
     @classmethod
     def from_file(cls, traces: Path, rank: int) -> Self:
-        """From a file that ``Plan.save_traces`` wrote.
+        """From a file that ``traces_file.save_traces`` wrote.
 
         Raises:
             KeyError: The plan has no grasp of that rank.
         """
-        with np.load(traces, allow_pickle=False) as stored:
-            document = json.loads(str(stored[f"{rank}/document"]))
-            return cls(
-                trace=Trace(**{column.name: stored[f"{rank}/{column.name}"] for column in fields(Trace)}),
-                document=document,
-                simulation=_simulation(stored, f"{rank}/verification/"),
-                initial_simulation=_simulation(stored, f"{rank}/initial_verification/"),
-                initial_report=document["initial"]["verification"],
-            )
+        return cls.from_stored(load_run(traces, rank))
+
+    @classmethod
+    def from_stored(cls, stored: StoredRun) -> Self:
+        """From what such a file holds."""
+        initial = stored.initial_verification
+        return cls(
+            trace=Trace(**stored.trace),
+            document=stored.document,
+            simulation=None if stored.verification is None else Simulation(**stored.verification),
+            initial_simulation=None if initial is None else Simulation(**initial),
+            initial_report=stored.document["initial"]["verification"],
+        )
 
     @property
     def title(self) -> str:
         """One line that names the run's outcome."""
         verdict = "feasible" if self.document["feasible"] else "not feasible"
         return f"rank {self.document['rank']}: {verdict}, {self.document['termination'].replace('_', ' ')}"
-
-
-def _simulation(stored: Mapping[str, Any], prefix: str) -> Simulation | None:
-    """The stored simulation; None when there is none."""
-    columns = {name.removeprefix(prefix): stored[name] for name in stored if name.startswith(prefix)}
-    return Simulation(**columns | {"phase_names": tuple(columns["phase_names"].tolist())}) if columns else None

@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 import rerun as rr
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from fingersplit.hands.hand import Hand
 from fingersplit.objects.model import ObjectModel
@@ -19,6 +18,7 @@ from fingersplit.recording.blueprint import choose_view, grasp_blueprint
 from fingersplit.recording.bodies import hand_entities, log_bodies
 from fingersplit.recording.lift_rows import Lift, lift_indexes, record_lift
 from fingersplit.recording.planning_rows import planning_indexes, record_planning
+from fingersplit.recording.posing import Poses, pose_links
 from fingersplit.recording.recorded_run import RecordedRun
 from fingersplit.recording.story import log_story
 from fingersplit.splitting.settings import PlannerSettings
@@ -28,8 +28,8 @@ __all__ = ["APPLICATION", "record_run", "write_recording"]
 
 APPLICATION = "fingersplit"
 
-Poses = tuple[NDArray[np.float64], NDArray[np.float64]]
-"""Rotations (T, B, 3, 3) and positions (T, B, 3) [m] of B bodies."""
+STILL = Poses(np.array([[[0.0, 0.0, 0.0, 1.0]]]), np.zeros((1, 1, 3)))
+"""An object that stands in its own frame."""
 
 
 def record_run(
@@ -64,24 +64,24 @@ def write_recording(
     initial = None if run.initial_simulation is None else Lift(run.initial_simulation, hand)
     lifts = [one for one in (lift, initial) if one is not None]
     eye, beside = choose_view(model, run, lifts, side_by_side=initial is not None)
-    stream = rr.RecordingStream(APPLICATION)
+    # Every message is its own chunk: rerun compresses one in the background while the next is made.
+    stream = rr.RecordingStream(APPLICATION, batcher_config=rr.ChunkBatcherConfig(flush_num_rows=1))
     stream.save(path, default_blueprint=grasp_blueprint(eye, lifted=bool(lifts)))
     try:
         title = f"{model.name}, {hand.name} hand, {run.title}"
         stream.send_recording_name(title)
         log_bodies(stream, model, hand, run, friction)
-        planned = record_planning(stream, run.trace, model, hand, friction)
-        still = np.eye(3)[None, None], np.zeros((1, 1, 3))
-        first_step = len(run.trace)
-        hands, objects = [planned], [still]
+        planned = pose_links(hand, run.trace.joints, run.trace.palm_rotations, run.trace.palm_positions)
+        hands, objects = [planned], [STILL]
         if initial is not None:
-            hands.append((np.repeat(planned[0][:1], first_step, axis=0), np.repeat(planned[1][:1], first_step, axis=0)))
-            objects.append(still)
-        indexes = planning_indexes(np.arange(first_step))
+            hands.append(_rows(planned, np.zeros(len(run.trace), dtype=np.int64)))
+            objects.append(STILL)
+        indexes = planning_indexes(np.arange(len(run.trace)))
         _send_poses(stream, hand_entities(hand), indexes, hands, beside)
         _send_poses(stream, ["world/object"], planning_indexes(np.arange(1)), objects, beside)
         if lifts:
-            _record_lifts(stream, hand, lift, initial, planned, first_step, beside)
+            _record_lifts(stream, hand, lift, initial, planned, beside)
+        record_planning(stream, run.trace, model, hand, friction)
         log_story(stream, title, run, lift)
         stream.flush()
     finally:
@@ -94,24 +94,27 @@ def _record_lifts(
     lift: Lift | None,
     initial: Lift | None,
     planned: Poses,
-    first_step: int,
     beside: NDArray[np.float64],
 ) -> None:
     """Both lifts on the frames of the longer one; a body without a simulation stands still."""
     times = max((one.times for one in (lift, initial) if one is not None), key=len)
+    first_step = planned.positions.shape[1]
     indexes, hands, objects = lift_indexes(first_step, times), [], []
     for name, one, offset in (("split", lift, np.zeros(3)), ("initial", initial, beside)):
         if one is not None:
             frames = one.rows(len(times))
-            hands.append((one.shape_rotations[frames], one.shape_positions[frames]))
-            objects.append((one.object_rotations[frames, None], one.object_positions[frames, None]))
+            hands.append(_rows(one.hand_poses, frames))
+            objects.append(_rows(one.object_poses, frames))
             record_lift(stream, name, one, hand, indexes, frames, offset)
         elif name == "split":
-            rotations, positions = (np.repeat(part[-1:], len(times), axis=0) for part in planned)
-            hands.append((rotations, positions))
-            objects.append((np.tile(np.eye(3), (len(times), 1, 1, 1)), np.zeros((len(times), 1, 3))))
+            hands.append(_rows(planned, np.full(len(times), first_step - 1)))
+            objects.append(_rows(STILL, np.zeros(len(times), dtype=np.int64)))
     _send_poses(stream, hand_entities(hand), indexes, hands, beside)
     _send_poses(stream, ["world/object"], indexes, objects, beside)
+
+
+def _rows(poses: Poses, rows: NDArray[np.int64]) -> Poses:
+    return Poses(poses.xyzw[:, rows], poses.positions[:, rows])
 
 
 def _send_poses(
@@ -122,12 +125,8 @@ def _send_poses(
     beside: NDArray[np.float64],
 ) -> None:
     """Instance poses of bodies: one instance for each scene, every further scene moved by ``beside`` (3,) [m]."""
-    rotations = np.stack([scene[0] for scene in scenes], axis=2)  # (T, B, S, 3, 3)
-    positions = np.stack([scene[1] + i * beside for i, scene in enumerate(scenes)], axis=2)  # (T, B, S, 3)
-    xyzw = Rotation.from_matrix(rotations.reshape(-1, 3, 3)).as_quat().reshape(*positions.shape[:3], 4)
-    counts = [len(scenes)] * len(positions)
-    for body, entity in enumerate(entities):
-        columns = rr.InstancePoses3D.columns(
-            translations=positions[:, body].reshape(-1, 3), quaternions=xyzw[:, body].reshape(-1, 4)
-        )
-        stream.send_columns(entity, indexes, columns.partition(counts))
+    positions = np.stack([scene.positions + i * beside for i, scene in enumerate(scenes)], axis=2)  # (B, T, S, 3)
+    quaternions = np.stack([scene.xyzw for scene in scenes], axis=2)  # (B, T, S, 4)
+    for entity, places, turns in zip(entities, positions, quaternions, strict=True):
+        columns = rr.InstancePoses3D.columns(translations=places, quaternions=turns)
+        stream.send_columns(entity, indexes, columns)

@@ -8,9 +8,14 @@ from numpy.typing import NDArray
 
 from fingersplit.hands.hand import Hand
 from fingersplit.objects.mesh import Mesh
-from fingersplit.recording.raycast import Layer
+from fingersplit.recording.creases import shaded_corners
+from fingersplit.recording.posing import HandLink, hand_links
+from fingersplit.transforms import pose_matrix, transform_points
 
 __all__ = ["ShadedMesh", "shade_hand", "shade_object"]
+
+NORMAL_STEPS = 256
+"""Normals have components in so many steps from 0 to 1; they turn by less than 0.2 degrees for it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,19 +35,26 @@ def shade_object(mesh: Mesh) -> ShadedMesh:
 
 @lru_cache(maxsize=8)
 def shade_hand(hand: Hand) -> tuple[ShadedMesh, ...]:
-    """Every collision primitive of a hand."""
-    return tuple(_shade(np.asarray(mesh.vertices), np.asarray(mesh.faces)) for mesh in hand.shape_meshes)
+    """Every link of a hand, see ``posing.hand_links``, with all shapes that it carries."""
+    return tuple(_shade(*_link_mesh(hand, link)) for link in hand_links(hand))
+
+
+def _link_mesh(hand: Hand, link: HandLink) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Vertices (n, 3) [m] in the link's frame and faces (m, 3)."""
+    vertices, faces, count = [], [], 0
+    for shape in link.shapes:
+        link_from_shape = pose_matrix(hand.arrays.shape_rotations[shape], hand.arrays.shape_positions[shape])
+        vertices.append(transform_points(link_from_shape, hand.shape_meshes[shape].vertices))
+        faces.append(hand.shape_meshes[shape].faces + count)
+        count += len(vertices[-1])
+    return np.vstack(vertices), np.vstack(faces)
 
 
 def _shade(vertices: NDArray[np.float64], faces: NDArray[np.integer]) -> ShadedMesh:
-    """A vertex is doubled only where a crease gives it two normals."""
-    corner_normals = Layer(vertices, faces, (0.0, 0.0, 0.0, 1.0)).corner_normals.reshape(-1, 3)
-    keys = np.column_stack([faces.ravel(), np.round(1e3 * corner_normals)]).astype(np.int64)
-    # One number a corner sorts faster than rows do; digits of at most 1000 in base 4096 cannot run into each other.
-    numbers = keys @ np.array([1 << 36, 1 << 24, 1 << 12, 1])
-    _, first, places = np.unique(numbers, return_index=True, return_inverse=True)
+    """Recordings are compressed by bytes that repeat: those of short numbers, and of faces in vertex order, do."""
+    corners, vertex_of, normals = shaded_corners(vertices, faces)
     return ShadedMesh(
-        vertices=vertices[faces.ravel()[first]].astype(np.float32),
-        normals=corner_normals[first],
-        faces=places.reshape(-1, 3).astype(np.uint32),
+        vertices=vertices[vertex_of].astype(np.float32),
+        normals=(np.round(NORMAL_STEPS * normals) / NORMAL_STEPS).astype(np.float32),
+        faces=corners[np.argsort(corners.min(axis=1), kind="stable")].astype(np.uint32),
     )

@@ -5,34 +5,41 @@ from numpy.typing import NDArray
 
 from fingersplit.compilation import kernel
 from fingersplit.hands.hand import Hand
+from fingersplit.hands.kernel import place_on_link, place_shape
 from fingersplit.hands.shapes import shape_distance
+from fingersplit.objects.grid import cell_range
 from fingersplit.objects.model import ObjectModel
+from fingersplit.objects.signed_distance import least_distance
 from fingersplit.objects.surface import closest
-from fingersplit.vectors import get, norm, put, rotate_back, subtract
+from fingersplit.recording.posing import move_hand
+from fingersplit.vectors import get, put, rotate_back, subtract
 
 __all__ = ["hit_points", "reference_points"]
 
 
 def hit_points(
-    hand: Hand, model: ObjectModel, rotations: NDArray[np.float64], positions: NDArray[np.float64]
+    hand: Hand,
+    model: ObjectModel,
+    joints: NDArray[np.float64],
+    palm_rotations: NDArray[np.float64],
+    palm_positions: NDArray[np.float64],
 ) -> list[NDArray[np.float64]]:
-    """Collision points of the object that lie inside the hand, for every pose of its primitives.
+    """Collision points of the object that lie inside the hand, for every state.
 
     Args:
         hand: The hand.
         model: The object.
-        rotations: ``object_from_shape``, (T, K, 3, 3).
-        positions: Shape centres, (T, K, 3) [m].
+        joints: Joint angles, (T, N) [rad].
+        palm_rotations: ``object_from_palm`` rotations, (T, 3, 3).
+        palm_positions: Palm origins, (T, 3) [m].
 
     Returns:
-        For each pose the points inside, (n, 3) [m].
+        For each state the points inside, (n, 3) [m].
     """
-    points = model.collision.points
-    inside = np.zeros((len(rotations), len(points)), dtype=np.bool_)
-    count = hand.arrays.shape_count
-    kinds, sizes = hand.arrays.shape_kinds[:count], hand.arrays.shape_sizes[:count]
-    _mark_inside(kinds, sizes, rotations, positions, points, inside)
-    return [points[row] for row in inside]
+    inside = np.zeros((len(joints), len(model.collision.points)), dtype=np.bool_)
+    states = np.array(joints), np.array(palm_rotations), np.array(palm_positions)
+    _mark_hits(hand.arrays, hand.pose(np.zeros(joints.shape[1])), *states, model.collision, model.distance, inside)
+    return [model.collision.points[row] for row in inside]
 
 
 def reference_points(model: ObjectModel, points: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -43,15 +50,34 @@ def reference_points(model: ObjectModel, points: NDArray[np.float64]) -> NDArray
 
 
 @kernel
-def _mark_inside(kinds, sizes, rotations, positions, points, inside):
-    for row in range(len(rotations)):
-        for k in range(kinds.size):
-            center, reach = get(positions[row], k), sizes[k].sum()  # encloses the shape, whatever its kind
-            for i in range(len(points)):
-                offset = subtract(get(points, i), center)
-                if not inside[row, i] and norm(offset) < reach:
-                    x, y, z = rotate_back(rotations[row, k], offset)
-                    inside[row, i] = shape_distance(kinds[k], sizes[k], x, y, z) < 0.0
+def _mark_hits(hand, pose, joints, palm_rotations, palm_positions, grid, distance, inside):
+    """Only points in the spheres that cover a shape are looked at, as in ``splitting.collision``."""
+    rotation = np.empty((3, 3))
+    for row in range(len(joints)):
+        move_hand(hand, pose, joints[row], palm_rotations[row], palm_positions[row])
+        for shape in range(hand.shape_count):
+            center = place_on_link(hand, pose, shape, get(hand.shape_positions, shape))
+            if least_distance(distance, center) < hand.shape_radii[shape]:
+                place_shape(hand, pose, shape, rotation)
+                for sphere in range(hand.sphere_starts[shape], hand.sphere_starts[shape + 1]):
+                    middle = place_on_link(hand, pose, shape, get(hand.sphere_centers, sphere))
+                    ball = middle, hand.sphere_radii[sphere]
+                    if least_distance(distance, middle) < ball[1]:
+                        kind, size = hand.shape_kinds[shape], hand.shape_sizes[shape]
+                        _mark_in_shape(kind, size, rotation, center, grid, ball, inside[row])
+
+
+@kernel
+def _mark_in_shape(kind, size, rotation, center, grid, ball, inside):
+    """Mark the points in a shape, of the cells that a ball (centre, radius [m]) meets."""
+    low, high = cell_range(grid, ball[0], ball[1])
+    for x in range(low[0], high[0]):
+        for y in range(low[1], high[1]):
+            row = (x * grid.shape[1] + y) * grid.shape[2]
+            for i in range(grid.starts[row + low[2]], grid.starts[row + high[2]]):
+                if not inside[i]:
+                    local = rotate_back(rotation, subtract(get(grid.points, i), center))
+                    inside[i] = shape_distance(kind, size, local[0], local[1], local[2]) < 0.0
 
 
 @kernel

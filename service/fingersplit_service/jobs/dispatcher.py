@@ -13,7 +13,8 @@ from fingersplit_service.database.connection import StorageUnavailable
 from fingersplit_service.database.queue import Queue
 from fingersplit_service.database.rows import JobRow
 from fingersplit_service.jobs.engine import DeadlineExceeded, Engine, Priority, Turn, WorkerDied
-from fingersplit_service.jobs.tasks import JobOrder, JobOutcome, PlanTask
+from fingersplit_service.jobs.tasks import JobOrder, JobOutcome, Tasks
+from fingersplit_service.jobs.views import ViewOrder, draw_in_advance
 from fingersplit_service.jobs.watch import Progress, Watch
 from fingersplit_service.jobs.worker import Report
 from fingersplit_service.operations.logs import log_context
@@ -41,7 +42,7 @@ class Dispatcher:
         watch: Who is told what becomes of them.
         metrics: What is counted.
         settings: Number of workers and times.
-        plan: What a worker runs for a job.
+        tasks: What workers run for a job.
     """
 
     def __init__(
@@ -52,10 +53,10 @@ class Dispatcher:
         watch: Watch,
         metrics: Metrics,
         settings: ServiceSettings,
-        plan: PlanTask,
+        tasks: Tasks,
     ) -> None:
         self._queue, self._storage, self._engine, self._watch, self._metrics = queue, storage, engine, watch, metrics
-        self._settings, self._plan = settings, plan
+        self._settings, self._plan, self._draw = settings, tasks.plan, tasks.draw
         self._tasks = list[asyncio.Task[NoReturn]]()
         self._turns: dict[str, Turn] = {}
         self._wake, self._idle = asyncio.Event(), asyncio.Event()
@@ -158,6 +159,10 @@ class Dispatcher:
         if await _insist(keep):
             self._metrics.observe_result(outcome)
             self._ended(job, "succeeded")
+            if outcome.pictured is not None:  # for the lists, once nobody waits any more
+                order = ViewOrder("thumbnail.webp", job.id, outcome.pictured, job.object_id, job.object_name, None)
+                deadline = self._settings.picture_deadline_s
+                self._engine.run_idly(draw_in_advance, self._draw, self._storage, order, deadline_s=deadline)
 
     def _ended(self, job: JobRow, state: str) -> None:
         """Tell of a job's new state, unless somebody cancelled it, which was told then."""

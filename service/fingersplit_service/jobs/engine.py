@@ -21,6 +21,7 @@ Returned = TypeVar("Returned")
 _log = logging.getLogger(__name__)
 _LONGEST_PAUSE = 30.0  # between attempts to start a worker [s]
 _REMEMBERED_OBJECTS = 8  # that a worker is taken to have ready
+_MOST_IDLE_WORK = 200  # that waits; older work is forgotten
 
 
 class Priority(IntEnum):
@@ -92,7 +93,7 @@ class Engine:
         self._warm_slots: set[WorkerSlot] = set()
         self._was_warm = asyncio.Event()  # once as many were warm as work at once
         self._keepers: list[asyncio.Task[None]] = []
-        self._idle_work = deque[tuple[Callable[..., Any], tuple[Any, ...], float]]()
+        self._idle_work = deque[tuple[Callable[..., Any], tuple[Any, ...], float]](maxlen=_MOST_IDLE_WORK)
         self._idlers: set[asyncio.Task[None]] = set()
 
     @property
@@ -150,7 +151,8 @@ class Engine:
         """Have something done that nobody waits for, such as work in advance; it may also never be done.
 
         It is done by spare workers only, at the lowest priority, one after the other on each, and while it is done as
-        many others are free as may begin to work. Without spare workers it waits for ever.
+        many others are free as may begin to work. Without spare workers it waits for ever. The newest comes first: it
+        is the likeliest to be wanted soon.
         """
         self._idle_work.append((function, arguments, deadline_s))
         self.serve_next()
@@ -186,7 +188,7 @@ class Engine:
                 turn.set_result(self._free.pop())
         while self._idle_work and len(self._free) > self._workers - self._active:
             # The one that has been free longest: the others may have a job's object ready.
-            idler = asyncio.create_task(self._idle(Turn(self, self._free.pop(0)), *self._idle_work.popleft()))
+            idler = asyncio.create_task(self._idle(Turn(self, self._free.pop(0)), *self._idle_work.pop()))
             self._idlers.add(idler)
             idler.add_done_callback(self._idlers.discard)
 

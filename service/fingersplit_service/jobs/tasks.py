@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from fingersplit_service.findings import Finding
 from fingersplit_service.jobs.stored_objects import convex_pieces, keep_object, planner_settings, prepared_object
-from fingersplit_service.jobs.views import ExportedFile, ViewOrder, convert_result, draw_view
+from fingersplit_service.jobs.views import DrawTask, ExportedFile, best_rank, convert_result, draw_view
 from fingersplit_service.jobs.worker import report_progress
 from fingersplit_service.storage import Storage
 
@@ -86,11 +86,19 @@ class JobOrder:
 
 @dataclass(frozen=True)
 class JobOutcome:
-    """A finished job: what to keep, and for the metrics the time by stage [ms] and whether each simulation held."""
+    """A finished job.
+
+    Attributes:
+        finding: What to keep.
+        stage_ms: Time by stage [ms], for the metrics.
+        simulated: Whether each simulation held, for the metrics.
+        pictured: Rank of the grasp whose picture stands for the run; None when there can be none.
+    """
 
     finding: Finding
     stage_ms: dict[str, float] = field(default_factory=dict)
     simulated: tuple[bool, ...] = ()
+    pictured: int | None = None
 
 
 def warm() -> Warmth:
@@ -189,8 +197,8 @@ def plan_job(storage: Storage, order: JobOrder) -> JobOutcome:
     )
     if asked["verified"]:
         planned = verify_plan(storage, order.object_id, planned, asked, settings.friction, time_to_verify)
-    warnings = keep_recording(storage, order.job_id, planned) if asked["recording"] else []
     document = planned.to_document()
+    warnings = keep_recording(storage, order.job_id, planned, document) if asked["recording"] else []
     ranked = document["grasps"]
     simulated = tuple(grasp["verification"]["passed"] for grasp in ranked if grasp["verification"])
     finding = Finding(
@@ -201,7 +209,8 @@ def plan_job(storage: Storage, order: JobOrder) -> JobOutcome:
         holding_margin=ranked[0]["metrics"]["holding_margin"] if ranked else None,
         warnings=warnings,
     )
-    return JobOutcome(finding, document["timings_ms"], simulated)
+    pictured = best_rank(ranked) if asked["recording"] and not warnings else None
+    return JobOutcome(finding, document["timings_ms"], simulated, pictured)
 
 
 def verify_plan(
@@ -225,11 +234,13 @@ def verify_plan(
     )
 
 
-def keep_recording(storage: Storage, job_id: str, planned: "Plan") -> list[str]:
+def keep_recording(storage: Storage, job_id: str, planned: "Plan", document: dict[str, Any]) -> list[str]:
     """Write what pictures of the grasps need; what went wrong, in sentences, where that cannot be."""
+    from fingersplit.recording.traces_file import save_traces
+
     try:
         with storage.atomic(storage.traces(job_id), durable=False) as staged:
-            planned.save_traces(staged)
+            save_traces(planned, document, staged)
     except OSError as error:
         return [f"What pictures and recordings need could not be written: {error.strerror}."]
     return []
@@ -246,7 +257,6 @@ InspectTask = Callable[[Storage, Upload], dict[str, Any]]
 DecomposeTask = Callable[[Storage, str], None]
 GenerateTask = Callable[[Storage, str, dict[str, Any]], list[dict[str, Any]]]
 PlanTask = Callable[[Storage, JobOrder], JobOutcome]
-DrawTask = Callable[[Storage, ViewOrder], None]
 ConvertTask = Callable[[str, str, int | None], ExportedFile]
 ExportTask = Callable[[Storage, str, str], None]
 

@@ -1,13 +1,23 @@
 """What workers make of a finished job for people and other tools: pictures, recordings, exports."""
 
 import json
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 from fingersplit_service.jobs.stored_objects import planner_settings, prepared_object
 from fingersplit_service.storage import Storage
 
-__all__ = ["ExportedFile", "ViewName", "ViewOrder", "convert_result", "draw_view"]
+__all__ = [
+    "DrawTask",
+    "ExportedFile",
+    "ViewName",
+    "ViewOrder",
+    "best_rank",
+    "convert_result",
+    "draw_in_advance",
+    "draw_view",
+]
 
 ViewName = Literal["picture.png", "thumbnail.webp", "animation.webp", "recording.rrd"]
 """What can be made of a grasp for people to look at."""
@@ -32,6 +42,16 @@ class ExportedFile:
     content: bytes
     suffix: str
     media_type: str
+
+
+DrawTask = Callable[[Storage, ViewOrder], None]
+
+
+def best_rank(grasps: Sequence[dict[str, Any]]) -> int | None:
+    """Rank of the grasp that stands for a run: the first that held in simulation, else the first, None without any."""
+    held = [grasp for grasp in grasps if grasp["verification"] and grasp["verification"]["passed"]]
+    ranks = [int(grasp["rank"]) for grasp in held or grasps]
+    return ranks[0] if ranks else None
 
 
 def convert_result(result: str, format_name: str, rank: int | None) -> ExportedFile:
@@ -62,3 +82,12 @@ def draw_view(storage: Storage, order: ViewOrder) -> None:
         else:
             friction = planner_settings(model, {} if order.friction is None else {"friction": order.friction}).friction
             stored.record_stored(traces, model, order.rank, staged, friction)
+
+
+def draw_in_advance(draw: DrawTask, storage: Storage, order: ViewOrder) -> None:
+    """Make a view that somebody is going to want, unless it is there or the run or its object was deleted meanwhile."""
+    traces, shape, view = storage.traces(order.job_id), storage.shape(order.object_id), storage.view
+    if traces.exists() and shape.exists() and not view(order.job_id, order.rank, order.name).exists():
+        draw(storage, order)
+        if not traces.exists():
+            storage.remove_job(order.job_id)

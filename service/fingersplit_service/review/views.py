@@ -1,6 +1,7 @@
 """What people look at of a grasp: pictures, recordings and the curve of its quality, made when first asked for.
 
-Making them on demand keeps them off the way of a job's answer, and only runs that somebody looks at take space.
+Making them on demand keeps them off the way of a job's answer, and only runs that somebody looks at take space. Small
+pictures for the lists alone are made in advance, by a worker that has nothing else to do.
 """
 
 import asyncio
@@ -8,14 +9,14 @@ import json
 from pathlib import Path
 from typing import TypeVar
 
-import numpy as np
 from fastapi import APIRouter
 from fastapi.responses import FileResponse
 
+from fingersplit.recording.traces_file import load_run
 from fingersplit_client.schemas import GraspCurve
 from fingersplit_service.endpoints.documents import JobId, Rank, known_job
 from fingersplit_service.endpoints.grasps import job_grasp, job_grasps
-from fingersplit_service.jobs.views import ViewName, ViewOrder
+from fingersplit_service.jobs.views import ViewName, ViewOrder, best_rank
 from fingersplit_service.openapi import problem_answers
 from fingersplit_service.problems import ProblemError, ProblemKind
 from fingersplit_service.runtime import Runtime, RuntimeDependency
@@ -103,21 +104,18 @@ def _kept(kind: type[_File], path: Path) -> _File:
 
 
 def _read_curve(traces: Path, rank: int) -> GraspCurve:
-    with np.load(traces, allow_pickle=False) as stored:
-        names = stored["phase_names"]
-        return GraspCurve(
-            phases=names[stored[f"{rank}/phases"]].tolist(),
-            quality=stored[f"{rank}/scores"][:, _OBJECTIVE].tolist(),
-            residual=stored[f"{rank}/residuals"].max(axis=1).tolist(),
-        )
+    run = load_run(traces, rank)
+    return GraspCurve(
+        phases=[run.phase_names[phase] for phase in run.trace["phases"]],
+        quality=run.trace["scores"][:, _OBJECTIVE].tolist(),
+        residual=run.trace["residuals"].max(axis=1).tolist(),
+    )
 
 
 async def _best_rank(runtime: Runtime, principal: Principal, job_id: str) -> int:
-    grasps = await job_grasps(runtime, principal, job_id)
-    if not grasps:
+    rank = best_rank(await job_grasps(runtime, principal, job_id))
+    if rank is None:
         raise ProblemError(ProblemKind.NOT_FOUND, f"Job {job_id} found no grasp to look at.")
-    held = [grasp for grasp in grasps if grasp["verification"] and grasp["verification"]["passed"]]
-    rank: int = (held or grasps)[0]["rank"]
     return rank
 
 

@@ -14,6 +14,7 @@ from fingersplit.objects.model import prepare_object
 from fingersplit.objects.parametric import cylinder
 from fingersplit.planning import plan
 from fingersplit.recording.stored import animate_stored, draw_stored, thumbnail_stored
+from fingersplit.recording.traces_file import save_traces
 
 DRAW = """
 import sys
@@ -31,7 +32,8 @@ sys.exit(f"loaded {found}" if found else 0)
 @pytest.fixture(scope="module")
 def traces(barrett, tmp_path_factory):
     path = tmp_path_factory.mktemp("plan") / "traces.npz"
-    plan(prepare_object(cylinder(), "cylinder"), barrett, starts=8, top_k=2, seed=3).save_traces(path)
+    planned = plan(prepare_object(cylinder(), "cylinder"), barrett, starts=8, top_k=2, seed=3)
+    save_traces(planned, planned.to_document(), path)
     return path
 
 

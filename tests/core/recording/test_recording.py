@@ -11,17 +11,22 @@ import trimesh
 from rerun.chunk import RrdReader
 from scipy.spatial.transform import Rotation
 
+from fingersplit.hands.shapes import shape_distance
 from fingersplit.objects.mesh import Mesh
 from fingersplit.objects.model import prepare_object
 from fingersplit.objects.parametric import cylinder
 from fingersplit.planning import plan
 from fingersplit.quality.metrics import WrenchSpace, ferrari_canny, isotropy, volume
-from fingersplit.recording.posing import pose_shapes, turn_z_to
+from fingersplit.recording.posing import hand_links, pose_links, turn_z_to
+from fingersplit.recording.raycast import Layer
 from fingersplit.recording.recorded_run import RecordedRun
 from fingersplit.recording.run_recording import record_run, write_recording
+from fingersplit.recording.shading import shade_object
+from fingersplit.recording.surface_points import hit_points
+from fingersplit.recording.traces_file import save_traces
 from fingersplit.splitting.trace import CPO, PHASE_NAMES, QUALITY
-from fingersplit.transforms import wxyz_from_rotation
-from fingersplit.verification import Simulation
+from fingersplit.transforms import pose_matrix, wxyz_from_rotation
+from fingersplit.verification import Simulation, Verification
 
 FRAMES = 40
 
@@ -113,14 +118,18 @@ def test_every_state_is_a_row_and_the_curve_is_that_of_the_trace(recording, plan
 
 def test_the_last_pose_is_the_planned_grasp(recording, planned, barrett):
     final = planned.grasps[0].run.final
-    for name, vertices, _ in barrett.posed_meshes(final.joints):
-        ((batch, column),) = recording.batches(f"/world/hand/{name}", "vertex_positions")
+    meshes = [vertices for _, vertices, _ in barrett.posed_meshes(final.joints)]
+    assert sorted(shape for link in hand_links(barrett) for shape in link.shapes) == list(range(len(meshes)))
+    for link in hand_links(barrett):
+        entity = f"/world/hand/{link.name}"
+        ((batch, column),) = recording.batches(entity, "vertex_positions")
         assert len(batch) == 1  # meshes are there once
         local = np.array(column.to_pylist()[0])
-        (translation,) = recording.rows(f"/world/hand/{name}", "translations")[1][-1]
-        (xyzw,) = recording.rows(f"/world/hand/{name}", "quaternions")[1][-1]
+        (translation,) = recording.rows(entity, "translations")[1][-1]
+        (xyzw,) = recording.rows(entity, "quaternions")[1][-1]
         placed = Rotation.from_quat(xyzw).apply(local) + translation
-        expected = vertices @ final.object_from_palm[:3, :3].T + final.object_from_palm[:3, 3]
+        in_palm = np.vstack([meshes[shape] for shape in link.shapes])
+        expected = in_palm @ final.object_from_palm[:3, :3].T + final.object_from_palm[:3, 3]
         np.testing.assert_allclose(np.sort(np.ptp(placed, axis=0)), np.sort(np.ptp(expected, axis=0)), atol=1e-6)
         np.testing.assert_allclose(placed.min(axis=0), expected.min(axis=0), atol=1e-6)
     contacts = recording.rows("/world/contacts", "positions")[1][-1]
@@ -224,7 +233,7 @@ def test_the_lift_goes_on_after_the_planning_with_both_grasps_side_by_side(plann
     np.testing.assert_allclose(split, (0, 0, 0.1), atol=1e-7)
     assert np.linalg.norm(beside[:2]) > 2 * planned.model.radius
     assert beside[2] == pytest.approx(0)
-    palm_rows = recording.rows(f"/world/hand/{barrett.shape_names[0]}", "translations")[0]
+    palm_rows = recording.rows("/world/hand/palm", "translations")[0]
     assert palm_rows == list(range(states + FRAMES))
     arrows = recording.rows("/world/forces/split", "vectors")[1]
     assert [len(row) for row in arrows] == [3] * FRAMES
@@ -250,25 +259,35 @@ def test_an_unstable_simulation_is_shown_up_to_its_first_bad_frame(planned, barr
 
 
 def test_a_recording_from_stored_traces_is_the_same(planned, barrett, recording, tmp_path):
-    planned.save_traces(tmp_path / "traces.npz")
+    simulation = simulated(planned.grasps[0], drops=True)
+    report = Verification("lift", "slipped", "a simulator", {}, 0.0, np.zeros((3, 3)), 0.0, None, (), simulation, 0.1)
+    proven = replace(planned, grasps=(replace(planned.grasps[0], initial_verification=report), *planned.grasps[1:]))
+    save_traces(proven, proven.to_document(), tmp_path / "traces.npz")
     stored = RecordedRun.from_file(tmp_path / "traces.npz", 1)
-    fresh = RecordedRun.from_planned(planned.grasps[0], barrett)
+    fresh = RecordedRun.from_planned(proven.grasps[0], barrett)
     assert stored.document == fresh.document
+    assert stored.initial_report == fresh.initial_report
     for column in fields(fresh.trace):
         np.testing.assert_array_equal(getattr(stored.trace, column.name), getattr(fresh.trace, column.name))
+    assert stored.simulation is None
+    for column in fields(simulation):
+        np.testing.assert_array_equal(getattr(stored.initial_simulation, column.name), getattr(simulation, column.name))
+    assert RecordedRun.from_file(tmp_path / "traces.npz", 2).initial_simulation is None
+    stored = replace(stored, initial_simulation=None)
     write_recording(tmp_path / "run.rrd", planned.model, barrett, stored)
     assert Recording(tmp_path / "run.rrd").entities == recording.entities
     with pytest.raises(KeyError):
         RecordedRun.from_file(tmp_path / "traces.npz", 9)
 
 
-def test_many_states_of_a_large_object_are_a_small_file(barrett, tmp_path):
+def test_many_states_of_a_large_object_with_its_lift_are_a_small_file(barrett, tmp_path):
     model = prepare_object(cylinder(), "cylinder")
     grasp = plan(model, barrett, starts=8, top_k=1, seed=3).grasps[0]
     steps = np.linspace(0, len(grasp.run.trace) - 1, 121).round().astype(int)
     trace = type(grasp.run.trace)(**{c.name: getattr(grasp.run.trace, c.name)[steps] for c in fields(grasp.run.trace)})
-    fine = replace(model, mesh=uneven_sphere(20_000))
-    write_recording(tmp_path / "run.rrd", fine, barrett, replace(RecordedRun.from_planned(grasp, barrett), trace=trace))
+    fine, run = replace(model, mesh=uneven_sphere(20_000)), RecordedRun.from_planned(grasp, barrett)
+    run = replace(run, trace=trace, simulation=simulated(grasp, drops=False, frames=250))
+    write_recording(tmp_path / "run.rrd", fine, barrett, run)
     assert (tmp_path / "run.rrd").stat().st_size <= 1.5e6
 
 
@@ -281,17 +300,52 @@ def uneven_sphere(vertices):
     return Mesh(ball.vertices * rough, ball.faces)
 
 
-def test_shapes_are_posed_as_the_hand_poses_them(barrett):
-    rng = np.random.default_rng(4)
-    joints = rng.uniform(barrett.lower, barrett.upper, (5, len(barrett.joint_names)))
-    palms, places = Rotation.random(5, rng=rng).as_matrix(), rng.normal(size=(5, 3))
-    rotations, positions = pose_shapes(barrett, joints, palms, places)
-    for row in range(5):
-        for k, (_, vertices, _) in enumerate(barrett.posed_meshes(joints[row])):
-            local = np.asarray(barrett.shape_meshes[k].vertices)
-            np.testing.assert_allclose(
-                local @ rotations[row, k].T + positions[row, k], vertices @ palms[row].T + places[row], atol=1e-12
-            )
+def test_links_are_posed_as_the_hand_poses_their_shapes(barrett):
+    rng, count = np.random.default_rng(4), 40
+    joints = rng.uniform(barrett.lower, barrett.upper, (count, len(barrett.joint_names)))
+    palms, places = Rotation.random(count, rng=rng).as_matrix(), rng.normal(size=(count, 3))
+    poses = pose_links(barrett, joints, palms, places)
+    np.testing.assert_allclose(np.linalg.norm(poses.xyzw, axis=-1), 1, atol=1e-12)
+    for row in range(count):
+        expected = barrett.shape_poses(joints[row], pose_matrix(palms[row], places[row]))
+        for b, link in enumerate(hand_links(barrett)):
+            turn = Rotation.from_quat(poses.xyzw[b, row])
+            for shape in link.shapes:
+                rotation = turn.as_matrix() @ barrett.arrays.shape_rotations[shape]
+                center = turn.as_matrix() @ barrett.arrays.shape_positions[shape] + poses.positions[b, row]
+                np.testing.assert_allclose(pose_matrix(rotation, center), expected[shape], atol=1e-12)
+
+
+def test_hits_are_all_the_collision_points_inside_a_shape(planned, barrett):
+    model, rng = planned.model, np.random.default_rng(6)
+    states = [planned.grasps[0].run.final.joints + rng.normal(scale=0.2, size=len(barrett.joint_names)) for _ in "1234"]
+    palm = planned.grasps[0].run.final.object_from_palm
+    places = palm[:3, 3] + rng.normal(scale=0.02, size=(len(states), 3))
+    turns = np.tile(palm[:3, :3], (len(states), 1, 1))
+    found = hit_points(barrett, model, np.array(states), turns, places)
+    assert all(len(points) > 3 for points in found)
+    kinds, sizes = barrett.arrays.shape_kinds, barrett.arrays.shape_sizes
+    for points, joints, place in zip(found, states, places, strict=True):
+        inside = np.zeros(len(model.collision.points), dtype=bool)
+        for shape, pose in enumerate(barrett.shape_poses(joints, pose_matrix(palm[:3, :3], place))):
+            local = (model.collision.points - pose[:3, 3]) @ pose[:3, :3]
+            inside |= [shape_distance(kinds[shape], sizes[shape], *point) < 0 for point in local]
+        np.testing.assert_array_equal(points, model.collision.points[inside])
+
+
+def test_shading_turns_no_normal_far_and_loses_no_face():
+    mesh = uneven_sphere(2_000)
+    shaded = shade_object(mesh)
+    assert len(shaded.faces) == len(mesh.faces)
+    assert shaded.vertices[shaded.faces].astype(float).sum() == pytest.approx(mesh.vertices[mesh.faces].sum(), abs=1e-3)
+    exact = Layer(mesh.vertices, mesh.faces, (0.0, 0.0, 0.0, 1.0)).corner_normals
+    corners = {}
+    for corner, normal in zip(
+        mesh.vertices[mesh.faces].astype(np.float32).reshape(-1, 3), exact.reshape(-1, 3), strict=True
+    ):
+        corners.setdefault(corner.tobytes(), []).append(normal)
+    for vertex, normal in zip(shaded.vertices, shaded.normals, strict=True):
+        assert min(np.linalg.norm(normal - one) for one in corners[vertex.tobytes()]) < np.sqrt(3) / 512
 
 
 def test_turning_z_reaches_every_direction():
