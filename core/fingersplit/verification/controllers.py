@@ -32,7 +32,8 @@ class Controller(ABC):
     """How requests call it."""
 
     load_margin: float = setting(1.5, "1", "The grip carries this many times the load.", 0.1, 10.0)
-    friction_margin: float = setting(0.8, "1", "Share of the friction that the grip relies on.", 0.1, 1.0)
+    friction_margin: float = setting(0.8, "1", "Share of the planned friction that the grip relies on.", 0.1, 1.0)
+    least_force: float = setting(1.0, "N", "Every finger presses with at least this.", 0.0, 30.0)
 
     def __post_init__(self) -> None:
         for number in fields(self):

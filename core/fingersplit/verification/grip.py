@@ -1,5 +1,7 @@
 """The grip force of a grasp: the least that carries the object under every load, within friction cones and torques.
 
+It is planned for the friction that the grasp was planned for. Whether the world has that friction, no hand knows.
+
 Fingertips pull towards each other along the lines between them, so forces and moments sum to zero whatever their size.
 A load is shared by the fingers as equally stiff fingertips share it: with least squared force.
 """
@@ -15,10 +17,10 @@ from scipy.optimize import linprog
 __all__ = ["Grip", "GripProblem", "least_grip"]
 
 CONE_EDGES = 8
-LEAST_NORMAL_FORCE = 4.0
-"""Every finger presses with at least this [N], so that light objects stay in the hand."""
-TANGENTIAL_COST, VIOLATION_COST = 1.0, 100.0
-"""What a newton along a surface, and one outside a friction cone, cost in newtons of grip."""
+TANGENTIAL_COST, VIOLATION_COST, LACK_COST = 1.0, 100.0, 1000.0
+"""What a newton along a surface, outside a friction cone and missing in pressing cost in newtons of grip."""
+LEAST_VIOLATION = 1e-3
+"""Forces that leave their cones by less count as inside [N]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,6 +34,7 @@ class GripProblem:
         torque_limits: Largest joint torques, (N,) [N m].
         center_of_mass: Of the object, (3,) [m].
         friction: Sliding friction coefficient that may be relied on.
+        least_force: Every finger presses with at least this [N], where its pulls can press at all.
         loads: Forces on the object's centre of mass that the fingers must balance, (L, 3) [N].
     """
 
@@ -41,6 +44,7 @@ class GripProblem:
     torque_limits: NDArray[np.float64]
     center_of_mass: NDArray[np.float64]
     friction: float
+    least_force: float
     loads: NDArray[np.float64]
 
 
@@ -52,11 +56,13 @@ class Grip:
         pulls: Force between the fingers of each pair, positive when they pull together, (P,) [N].
         forces: Resulting force of each finger on the object, (F, 3) [N].
         violation: Farthest that a contact force must leave its friction cone under some load [N]; zero when none must.
+        limited: Whether it would be larger if the joints had more torque.
     """
 
     pulls: NDArray[np.float64]
     forces: NDArray[np.float64]
     violation: float
+    limited: bool
 
 
 def least_grip(problem: GripProblem) -> Grip:
@@ -65,7 +71,7 @@ def least_grip(problem: GripProblem) -> Grip:
     tangents = _tangents(problem.normals)  # (F, E, 3)
     pairs, fingers, edges = len(directions), len(problem.contacts), tangents.shape[1]
     limits = problem.torque_limits
-    # Unknowns: pulls (P), largest normal force, violation, tangential force of each finger (F).
+    # Unknowns: pulls (P), largest normal force, violation, lack of pressing, tangential force of each finger (F).
     normal = -np.einsum("fk,pfk->fp", problem.normals, directions)
     tangential = np.einsum("fek,pfk->fep", tangents, directions)
     outside = (tangential - problem.friction * normal[:, None]).reshape(-1, pairs)
@@ -73,31 +79,35 @@ def least_grip(problem: GripProblem) -> Grip:
     torque = np.einsum("fkn,pfk->np", problem.jacobians, directions)
     torque_of_load = np.abs(np.einsum("fkn,lfk->ln", problem.jacobians, shares)).max(axis=0)
     room = np.maximum(limits - torque_of_load, 0.1 * limits)
-    none, one, of_finger = np.zeros, np.ones, np.repeat(np.eye(fingers), edges, axis=0)
+    none, of_finger = np.zeros, np.repeat(np.eye(fingers), edges, axis=0)
 
-    def rows(pull: NDArray[np.float64], largest: Any, violation: Any, along: Any) -> NDArray[np.float64]:
-        return np.column_stack([pull, largest, violation, along])
+    def rows(
+        pull: NDArray[np.float64], largest: float = 0.0, violation: float = 0.0, lack: float = 0.0, along: Any = 0.0
+    ) -> NDArray[np.float64]:
+        slacks = np.tile([largest, violation, lack], (len(pull), 1))
+        return np.column_stack([pull, slacks, np.broadcast_to(along, (len(pull), fingers))])
 
     worst_load = outside_by_load.max(axis=0).ravel()
-    torques = np.vstack([torque, -torque])
     solution = linprog(
-        c=np.concatenate([none(pairs), [1.0, VIOLATION_COST], np.full(fingers, TANGENTIAL_COST)]),
+        c=np.concatenate([none(pairs), [1.0, VIOLATION_COST, LACK_COST], np.full(fingers, TANGENTIAL_COST)]),
         A_ub=np.vstack(
             [
-                rows(outside, none(len(outside)), -one(len(outside)), none((len(outside), fingers))),
-                rows(tangential.reshape(-1, pairs), none(len(outside)), none(len(outside)), -of_finger),
-                rows(normal, -one(fingers), none(fingers), none((fingers, fingers))),
-                rows(-normal, none(fingers), -one(fingers), none((fingers, fingers))),
-                rows(torques, none(len(torques)), none(len(torques)), none((len(torques), fingers))),
+                rows(outside, violation=-1),
+                rows(tangential.reshape(-1, pairs), along=-of_finger),
+                rows(normal, largest=-1),
+                rows(-normal, lack=-1),
+                rows(np.vstack([torque, -torque])),
             ]
         ),
         b_ub=np.concatenate(
-            [-worst_load, none(len(outside)), none(fingers), np.full(fingers, -LEAST_NORMAL_FORCE), room, room]
+            [-worst_load, none(len(outside)), none(fingers), np.full(fingers, -problem.least_force), room, room]
         ),
-        bounds=[(None, None)] * pairs + [(0, None)] * (2 + fingers),
+        bounds=[(None, None)] * pairs + [(0, None)] * (3 + fingers),
     )
-    pulls = solution.x[:pairs]
-    return Grip(pulls, np.einsum("p,pfk->fk", pulls, directions), float(solution.x[pairs + 1]))
+    pulls, violation = solution.x[:pairs], float(solution.x[pairs + 1])
+    at_limit = solution.slack[-2 * len(limits) :] <= 1e-6 * np.tile(limits, 2)
+    limited = violation > LEAST_VIOLATION and bool(at_limit.any())
+    return Grip(pulls, np.einsum("p,pfk->fk", pulls, directions), violation, limited)
 
 
 def _pull_directions(points: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -64,9 +64,15 @@ def measure_phase(
 
 
 def judge_branch(
-    hand: Hand, protocol: Protocol, branch: Branch, recording: Recording, mass: float, center: NDArray[np.float64]
+    hand: Hand,
+    protocol: Protocol,
+    branch: Branch,
+    recording: Recording,
+    mass: float,
+    center: NDArray[np.float64],
+    limited: bool,
 ) -> BranchReport:
-    """Numbers of every phase of a branch, and the verdict on it."""
+    """Numbers of every phase of a branch, and the verdict on it; ``limited`` says whether torques cut the grip short."""
     if not recording.stable:
         return BranchReport(branch.name, "unstable_simulation", ())
     reports = tuple(
@@ -75,10 +81,10 @@ def judge_branch(
         )
         for phase, rows in zip(branch.phases, phase_rows(branch.phases, protocol.time_step), strict=True)
     )
-    return BranchReport(branch.name, _verdict(protocol, reports), reports)
+    return BranchReport(branch.name, _verdict(protocol, reports, limited), reports)
 
 
-def _verdict(protocol: Protocol, phases: tuple[PhaseReport, ...]) -> Reason:
+def _verdict(protocol: Protocol, phases: tuple[PhaseReport, ...], limited: bool) -> Reason:
     reason: Reason = "held"
     if max(phase.displacement for phase in phases) > protocol.largest_displacement:
         reason = "slipped"
@@ -86,7 +92,7 @@ def _verdict(protocol: Protocol, phases: tuple[PhaseReport, ...]) -> Reason:
         reason = "rotated"
     elif protocol.all_contacts and phases[-1].lost_contacts:
         reason = "contact_lost"
-    if reason != "held" and any(phase.saturated_joints for phase in phases):
+    if reason != "held" and (limited or any(phase.saturated_joints for phase in phases)):
         return "joint_torque_saturated"
     return reason
 

@@ -11,11 +11,14 @@ from numpy.typing import NDArray
 
 from fingersplit.errors import SettingsError
 
-__all__ = ["Branch", "Phase", "Protocol", "at_rest", "setting"]
+__all__ = ["DEFAULT_FRICTION", "Branch", "Phase", "Protocol", "at_rest", "setting"]
 
 Motion = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 """Palm displacement (T, 3) [m], world frame, by time since the phase began (T,) [s]."""
 Vector = tuple[float, float, float]
+
+DEFAULT_FRICTION = 0.6
+"""Sliding friction where none is asked for; the torsional friction of protocols belongs to it."""
 
 
 def setting(default: float | None, unit: str, doc: str, low: float, high: float) -> Any:
@@ -74,8 +77,10 @@ class Protocol(ABC):
     """How requests call it."""
 
     mass: float | None = setting(None, "kg", "Mass of the object; none for the object's own.", 1e-3, 50.0)
-    friction_scale: float = setting(1.0, "1", "Factor on the requested sliding friction.", 0.0, 10.0)
-    torsional_friction: float = setting(0.005, "m", "Torsional friction.", 0.0, 0.1)
+    friction_scale: float = setting(1.0, "1", "Factor on the world's friction, of which the grip knows nothing.", 0, 10)
+    torsional_friction: float = setting(
+        0.005, "m", "Torsional friction at a requested friction of 0.6, in proportion at others.", 0.0, 0.1
+    )
     squeeze_time: float = setting(0.3, "s", "Time to close and squeeze, without gravity.", 0.05, 10.0)
     time_step: float = setting(0.002, "s", "Simulation step.", 1e-4, 0.005)
     largest_displacement: float = setting(0.02, "m", "Most that the object may move in the hand.", 0.0, 1.0)

@@ -6,6 +6,8 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from fingersplit.verification.grip import Grip
+
 __all__ = ["BranchReport", "PhaseReport", "Reason", "Simulation", "Verification"]
 
 Reason = Literal[
@@ -25,7 +27,7 @@ _EXPLANATIONS: dict[str, str] = {
     "contact_lost": "At the end not every finger touched the object.",
     "initial_penetration": "The planned hand lies deeper inside the object's convex pieces than allowed.",
     "unstable_simulation": "The simulation diverged, so it shows nothing.",
-    "joint_torque_saturated": "The object was lost while joints had no more torque to give.",
+    "joint_torque_saturated": "The object was lost because joints had no more torque to give.",
 }
 
 
@@ -121,8 +123,7 @@ class Verification:
         simulator: Name and version.
         settings: Every number of protocol, controller and object.
         initial_penetration: Deepest that the planned hand lies inside the object's pieces [m].
-        grip_forces: Planned force of each finger on the object without load, (F, 3) [N].
-        grip_violation: Farthest that a planned contact force has to leave its friction cone [N].
+        grip: How hard the fingers were to grip.
         squeeze: The squeeze before the branches; None when it did not come to that.
         branches: What was done afterwards.
         simulation: What happened; None when nothing was simulated.
@@ -134,8 +135,7 @@ class Verification:
     simulator: str
     settings: dict[str, Any]
     initial_penetration: float
-    grip_forces: NDArray[np.float64]
-    grip_violation: float
+    grip: Grip
     squeeze: PhaseReport | None
     branches: tuple[BranchReport, ...]
     simulation: Simulation | None
@@ -156,7 +156,11 @@ class Verification:
             "simulator": self.simulator,
             "settings": self.settings,
             "initial_penetration": self.initial_penetration,
-            "grip": {"forces": self.grip_forces.tolist(), "violation": self.grip_violation},
+            "grip": {
+                "forces": self.grip.forces.tolist(),
+                "violation": self.grip.violation,
+                "limited": self.grip.limited,
+            },
             "squeeze": None if self.squeeze is None else self.squeeze.to_document(),
             "branches": [branch.to_document() for branch in self.branches],
             "time_ms": 1e3 * self.seconds,

@@ -127,12 +127,15 @@ class Scene:
         self.model.body_mass[body], self.model.body_inertia[body] = mass, moments
         self.model.body_ipos[body], self.model.body_iquat[body] = center_of_mass, wxyz_from_rotation(axes)
 
-    def set_friction(self, sliding: NDArray[np.float64], torsional: float) -> None:
-        """Sliding friction of each finger (F,) against the object, the palm taking their mean; torsional [m]."""
-        model = self.model
-        model.geom_friction[:, 0], model.geom_friction[:, 1] = sliding.mean(), torsional
-        for friction, bodies in zip(sliding, self.finger_bodies, strict=True):
-            model.geom_friction[np.isin(model.geom_bodyid, bodies), 0] = friction
+    def set_friction(self, sliding: NDArray[np.float64], torsional: NDArray[np.float64]) -> None:
+        """Sliding and torsional [m] friction of each finger (F,) against the object; the palm takes their means.
+
+        The hand's shapes have priority, so in a contact theirs is the friction that counts, not the object's.
+        """
+        friction = self.model.geom_friction
+        friction[:, 0], friction[:, 1] = sliding.mean(), torsional.mean()
+        for along, about, bodies in zip(sliding, torsional, self.finger_bodies, strict=True):
+            friction[np.isin(self.model.geom_bodyid, bodies), :2] = along, about
 
     def place(self, grasp: Grasp) -> None:
         """Object at the world's origin, hand where the grasp has it, everything at rest.

@@ -18,7 +18,7 @@ from fingersplit.objects.model import ObjectModel
 from fingersplit.verification.controllers import Controller, load_controller
 from fingersplit.verification.grip import Grip, GripProblem, least_grip
 from fingersplit.verification.judging import film, judge_branch, measure_phase
-from fingersplit.verification.protocol import Phase, Protocol
+from fingersplit.verification.protocol import DEFAULT_FRICTION, Phase, Protocol
 from fingersplit.verification.protocols import load_protocol
 from fingersplit.verification.report import BranchReport, PhaseReport, Reason, Simulation, Verification
 from fingersplit.verification.scene import Scene
@@ -37,12 +37,16 @@ def verify(
     pieces: ConvexPieces,
     protocol: str | Protocol = "lift",
     *,
-    friction: float | Sequence[float] = 0.6,
+    friction: float | Sequence[float] = DEFAULT_FRICTION,
+    planned_friction: float = DEFAULT_FRICTION,
     mass: float | None = None,
     controller: str | Controller = "virtual_frame",
     threads: int = 1,
 ) -> Verification:
     """Simulate a grasp and judge it: the same arguments give the same verdict and the same numbers.
+
+    The grip is planned for ``planned_friction``; the world has ``friction``. A hand cannot feel how slippery an object
+    is before it slips, so it does not press harder on one that is more slippery than planned.
 
     Args:
         grasp: The grasp; what it says of contacts, normals and fingertips is believed for the grip force only.
@@ -50,13 +54,14 @@ def verify(
         model: The object: centre of mass, and inertia at even density.
         pieces: The same object as the simulation collides it, from ``decompose``.
         protocol: Name of a preset, or a protocol with numbers of one's own.
-        friction: Sliding friction between hand and object, one number or one a finger.
+        friction: Sliding friction between hand and object in the simulation, one number or one a finger.
+        planned_friction: Sliding friction that the grip force is planned for.
         mass: Mass of the object [kg]; None for ``model.mass``. A protocol that sets a mass overrules both.
         controller: ``"virtual_frame"``, ``"squeeze"``, or one with numbers of one's own.
         threads: Branches simulated at a time.
 
     Raises:
-        SettingsError: An unknown protocol or controller, or a friction or mass that is not positive and finite.
+        SettingsError: An unknown protocol or controller, or a friction or mass out of range.
     """
     began = perf_counter()
     protocol = load_protocol(protocol) if isinstance(protocol, str) else protocol
@@ -65,25 +70,25 @@ def verify(
     if not (np.isfinite(sliding).all() and sliding.min() >= 0.0):
         raise SettingsError(f"friction is {friction!r}; give numbers of at least 0, one or one a finger.")
     mass = protocol.mass or mass or model.mass
-    if not (np.isfinite(mass) and mass > 0.0):
-        raise SettingsError(f"mass is {mass!r}; it must be above 0 [kg].")
+    for name, value in (("planned_friction", planned_friction), ("mass", mass)):
+        if not (np.isfinite(value) and value > 0.0):
+            raise SettingsError(f"{name} is {value!r}; it must be above 0.")
     scene = _scenes.get(hand, pieces)
     scene.set_object(mass, model.center_of_mass, mass / model.mass * model.inertia)
-    scene.set_friction(protocol.friction_scale * sliding, protocol.torsional_friction)
+    scene.set_friction(protocol.friction_scale * sliding, protocol.torsional_friction * sliding / DEFAULT_FRICTION)
     scene.model.opt.timestep = protocol.time_step
     scene.place(grasp)
     penetration = float(scene.penetrations().max())
-    relied_on = controller.friction_margin * protocol.friction_scale * float(sliding.min())
-    loads = controller.load_margin * mass * _loads(protocol)
     grip = least_grip(
         GripProblem(
-            grasp.contacts,
-            grasp.normals,
-            scene.finger_jacobians(),
-            hand.torque_limits,
-            model.center_of_mass,
-            relied_on,
-            loads,
+            contacts=grasp.contacts,
+            normals=grasp.normals,
+            jacobians=scene.finger_jacobians(),
+            torque_limits=hand.torque_limits,
+            center_of_mass=model.center_of_mass,
+            friction=controller.friction_margin * planned_friction,
+            least_force=controller.least_force,
+            loads=controller.load_margin * mass * _loads(protocol),
         )
     )
     if penetration > protocol.largest_initial_penetration:
@@ -98,6 +103,7 @@ def verify(
             "protocol": protocol.to_document(),
             "controller": controller.to_document(),
             "friction": sliding.tolist(),
+            "planned_friction": planned_friction,
             "mass": mass,
             "center_of_mass": model.center_of_mass.tolist(),
             "pieces": {"count": len(pieces.pieces), "method": pieces.method},
@@ -105,8 +111,7 @@ def verify(
             "solver": scene.solver_document(),
         },
         initial_penetration=penetration,
-        grip_forces=grip.forces,
-        grip_violation=grip.violation,
+        grip=grip,
         squeeze=outcome.squeeze,
         branches=outcome.branches,
         simulation=outcome.simulation,
@@ -133,7 +138,7 @@ def _simulate(
     squeezed = measure_phase(scene.hand, "squeeze", squeeze, slice(0, len(squeeze.times)), center, np.zeros(3))
     recordings = run_branches(scene, controller, protocol.branches, mass, threads)
     pairs = list(zip(protocol.branches, recordings, strict=True))
-    reports = tuple(judge_branch(scene.hand, protocol, *pair, mass, center) for pair in pairs)
+    reports = tuple(judge_branch(scene.hand, protocol, *pair, mass, center, grip.limited) for pair in pairs)
     failures: list[Reason] = [branch.reason for branch in reports if branch.reason != "held"]
     reason = failures[0] if failures else "held"
     return _Outcome(reason, squeezed, reports, film(grasp.object_from_palm, protocol.time_step, squeeze, pairs))
