@@ -101,4 +101,3 @@ async def _measure_delay(server: Server, object_id: str, repeats: int) -> dict[s
     calm = await asyncio.to_thread(latencies, False)
     disturbed = await asyncio.to_thread(latencies, True)
     return {"delay_p99_ms": percentile(disturbed, 99) - percentile(calm, 50), "calm_p50_ms": percentile(calm, 50)}
-
