@@ -19,6 +19,7 @@ from fingersplit.objects.cache import ContentCache
 from fingersplit.objects.mesh import Mesh
 from fingersplit.objects.model import ObjectModel, prepare_object
 from fingersplit.objects.options import ObjectOptions
+from fingersplit.objects.scatter import scatter
 from fingersplit.objects.surface import closest, touch
 from fingersplit_bench.objects import benchmark_objects
 from fingersplit_bench.suite import Bench, Chapter
@@ -26,8 +27,10 @@ from fingersplit_bench.suite import Bench, Chapter
 __all__ = ["main", "measure_preparation", "nearest_errors", "objects_chapter", "objects_table", "peak_memory"]
 
 QUERIES = 2_000
-HEIGHTS = (0.2e-3, 15e-3)
-"""Between these, queries stand off the surface [m]: where fingertips are."""
+HEIGHTS = (-1e-3, 15e-3)
+"""Between these, queries stand off the surface [m]: where fingertips are, and what they dive in."""
+ASIDE = 1e-3
+"""[m]; standard deviation of what they stand beside the normal, so that edges are met from all sides."""
 PERCENTILES = (50, 95, 99, 100)
 
 
@@ -70,14 +73,15 @@ def measure_preparation(name: str, load: Callable[[], Mesh], repeats: int) -> di
 def nearest_errors(model: ObjectModel, count: int = QUERIES) -> dict[str, list[float]]:
     """Percentiles of errors of the nearest point against exact distances to the triangles, and of its normal.
 
-    Queries stand in front of the surface, where no other part of it is nearer. ``closest_mm`` is how much farther from
-    the triangles than the nearest point the point that ``closest`` finds is; ``touch_mm`` is the error of the distance
-    that ``touch`` finds; ``off_mm`` is how far ``closest``'s point lies off the triangles; ``normal_deg`` is the angle
-    between its normal and that of the nearest triangle.
+    Queries stand about points of the triangles, which are no samples. ``closest_mm`` is the error of the distance to
+    the point that ``closest`` finds; ``touch_mm`` is that of the distance that ``touch`` finds; ``off_mm`` is how far
+    ``closest``'s point lies off the triangles; ``normal_deg`` is the angle between its normal and that of the nearest
+    triangle.
     """
     rng, surface = np.random.default_rng(0), model.surface
-    picked = rng.integers(len(surface.normals), size=count)
-    queries = surface.grid.points[picked] + rng.uniform(*HEIGHTS, (count, 1)) * surface.normals[picked]
+    feet, below = scatter(model.mesh, count, rng)
+    queries = feet + rng.uniform(*HEIGHTS, (count, 1)) * model.mesh.trimesh.face_normals[below]
+    queries += rng.normal(scale=ASIDE, size=queries.shape)
     _, exact, faces = _on_triangles(model.mesh, queries)
     found = [closest(surface, tuple(query), -1) for query in queries]
     points, normals = np.array([point for _, point, _ in found]), np.array([normal for _, _, normal in found])

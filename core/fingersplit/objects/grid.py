@@ -8,7 +8,16 @@ from numpy.typing import NDArray
 
 from fingersplit.compilation import kernel
 
-__all__ = ["PointGrid", "build_grid", "cell_range", "nearest", "neighbour_lists", "smooth_directions", "thin_evenly"]
+__all__ = [
+    "PointGrid",
+    "build_grid",
+    "cell_range",
+    "nearest",
+    "neighbour_cells",
+    "neighbour_lists",
+    "smooth_directions",
+    "thin_evenly",
+]
 
 
 class PointGrid(NamedTuple):
@@ -131,7 +140,7 @@ def _squared_distance(points, i, query):
 
 
 @kernel
-def _neighbour_cells(grid, i):
+def neighbour_cells(grid, i):
     """Index ranges of the 27 cells about point ``i``."""
     x = int((grid.points[i, 0] - grid.origin[0]) / grid.cell)
     y = int((grid.points[i, 1] - grid.origin[1]) / grid.cell)
@@ -154,7 +163,7 @@ def thin_evenly(points, spacing):
     place[order] = np.arange(len(points))
     kept = np.zeros(len(points), np.bool_)
     for i in place:
-        xs, ys, zs = _neighbour_cells(grid, i)
+        xs, ys, zs = neighbour_cells(grid, i)
         free = True
         for x in range(xs[0], xs[1]):
             for y in range(ys[0], ys[1]):
@@ -177,7 +186,7 @@ def smooth_directions(grid, directions, radius, least_cosine):
     smooth = np.empty_like(directions)
     for i in range(len(directions)):
         sx, sy, sz = 0.0, 0.0, 0.0
-        xs, ys, zs = _neighbour_cells(grid, i)
+        xs, ys, zs = neighbour_cells(grid, i)
         for x in range(xs[0], xs[1]):
             for y in range(ys[0], ys[1]):
                 row = (x * grid.shape[1] + y) * grid.shape[2]
@@ -208,7 +217,7 @@ def neighbour_lists(grid, radius):
     starts, found = np.zeros(n + 1, np.int32), np.empty(16 * n, np.int32)
     filled = 0
     for i in range(n):
-        xs, ys, zs = _neighbour_cells(grid, i)
+        xs, ys, zs = neighbour_cells(grid, i)
         for x in range(xs[0], xs[1]):
             for y in range(ys[0], ys[1]):
                 row = (x * grid.shape[1] + y) * grid.shape[2]

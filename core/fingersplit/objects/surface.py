@@ -1,7 +1,7 @@
 """The object's surface as the planner meets it: evenly spaced samples with outward normals, and the nearest point.
 
 Neither accuracy nor time depends on how the mesh was triangulated: a query finds the nearest sample and continues on
-that sample's tangent plane; ``touch`` refines to the triangles themselves.
+that sample's tangent plane, or beside a crease on its triangle; ``touch`` refines to the triangles themselves.
 """
 
 import math
@@ -11,12 +11,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingersplit.compilation import kernel
-from fingersplit.objects.grid import PointGrid, build_grid, cell_range, nearest, smooth_directions, thin_evenly
+from fingersplit.objects.grid import (
+    PointGrid,
+    build_grid,
+    cell_range,
+    nearest,
+    neighbour_cells,
+    smooth_directions,
+    thin_evenly,
+)
 from fingersplit.objects.mesh import Mesh
 from fingersplit.objects.scatter import scatter
 from fingersplit.vectors import add, cross, dot, get, norm, scale, subtract
 
-__all__ = ["Surface", "closest", "distance_to_triangle", "sample_surface", "touch"]
+__all__ = ["LARGEST_OVERHANG", "Surface", "closest", "distance_to_triangle", "sample_surface", "touch"]
 
 TARGET_SAMPLES = 30_000
 SMALLEST_SPACING = 0.4e-3
@@ -32,6 +40,9 @@ CANDIDATES_PER_SAMPLE = 6
 SHARP_EDGE = math.radians(50.0)
 """[rad]; normals that differ by more belong to different sides of an edge and are not blended."""
 
+LARGEST_OVERHANG = 0.2e-3
+"""[m]; a sample whose tangent plane leaves the surface by more, within a spacing, has a crease beside it."""
+
 
 class Surface(NamedTuple):
     """Surface samples for kernels.
@@ -40,12 +51,14 @@ class Surface(NamedTuple):
         grid: Sample positions (n, 3) [m] and their search structure.
         normals: Unit outward normals, smoothed but not across sharp edges, (n, 3).
         triangles: Corner points of the triangle each sample lies on, (n, 3, 3) [m].
+        creased: Samples beside an edge or a tight curve, where the tangent plane leaves the surface, (n,).
         spacing: Least distance between two samples [m].
     """
 
     grid: PointGrid
     normals: NDArray[np.float64]
     triangles: NDArray[np.float64]
+    creased: NDArray[np.bool_]
     spacing: float
 
 
@@ -61,19 +74,45 @@ def sample_surface(mesh: Mesh) -> Surface:
     flat_normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     flat_normals /= np.linalg.norm(flat_normals, axis=1, keepdims=True)
     normals = smooth_directions(grid, flat_normals, radius, math.cos(SHARP_EDGE))
-    for array in (grid.points, grid.starts, normals, triangles):
+    creased = _find_creases(grid, normals, radius, spacing)
+    for array in (grid.points, grid.starts, normals, triangles, creased):
         array.setflags(write=False)
-    return Surface(grid, normals, triangles, spacing)
+    return Surface(grid, normals, triangles, creased, spacing)
+
+
+@kernel
+def _find_creases(grid, normals, radius, spacing):
+    """Samples whose tangent plane, a spacing away, is ``LARGEST_OVERHANG`` beyond that of a sample within ``radius``.
+
+    Two planes meet in a line; beyond it they part by the sine of the angle between their normals.
+    """
+    creased = np.zeros(len(normals), np.bool_)
+    for i in range(len(normals)):
+        sample, normal = get(grid.points, i), get(normals, i)
+        xs, ys, zs = neighbour_cells(grid, i)
+        for x in range(xs[0], xs[1]):
+            for y in range(ys[0], ys[1]):
+                row = (x * grid.shape[1] + y) * grid.shape[2]
+                for j in range(grid.starts[row + zs[0]], grid.starts[row + zs[1]]):
+                    offset = subtract(get(grid.points, j), sample)
+                    if dot(offset, offset) < radius * radius:
+                        turned = norm(cross(normal, get(normals, j)))
+                        if spacing * turned - abs(dot(offset, get(normals, j))) > LARGEST_OVERHANG:
+                            creased[i] = True
+    return creased
 
 
 @kernel
 def closest(surface, query, hint):
     """Nearest surface point: sample index, point [m] and outward normal.
 
-    The point is the query's projection on the tangent plane of the nearest sample, at most one spacing away from it.
+    The point is the query's projection on the tangent plane of the nearest sample, at most one spacing away from it;
+    with a crease beside the sample, it is the nearest point of the sample's triangle.
     """
     i = nearest(surface.grid, query, hint)
     sample, normal = get(surface.grid.points, i), get(surface.normals, i)
+    if surface.creased[i]:
+        return i, _closest_on_triangle(surface.triangles[i], query), normal
     offset = subtract(query, sample)
     tangential = subtract(offset, scale(dot(offset, normal), normal))
     length = norm(tangential)

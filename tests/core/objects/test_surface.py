@@ -7,7 +7,7 @@ from scipy.spatial import cKDTree
 
 from fingersplit.objects.mesh import Mesh
 from fingersplit.objects.parametric import PARAMETRIC_OBJECTS, box
-from fingersplit.objects.surface import closest, sample_surface, touch
+from fingersplit.objects.surface import LARGEST_OVERHANG, closest, distance_to_triangle, sample_surface, touch
 
 RADIUS = 0.035  # of the parametric sphere
 
@@ -103,14 +103,39 @@ def surface_tilt(surface) -> float:
     return surface.spacing / RADIUS + np.radians(2.5)
 
 
-def test_closest_point_stays_within_a_spacing_of_its_sample(prepared):
-    surface, rng = prepared("l_bracket").surface, np.random.default_rng(0)
-    for query in rng.uniform(-0.1, 0.1, (200, 3)):
+@pytest.mark.parametrize("name", ["l_bracket", "mug"])
+def test_closest_point_is_on_the_tangent_plane_or_beside_a_crease_on_the_triangle(prepared, exact_mesh, name):
+    model, rng = prepared(name), np.random.default_rng(0)
+    surface, exact = model.surface, exact_mesh(model.mesh)
+    creased = 0
+    for query in rng.uniform(-0.1, 0.1, (300, 3)):
         i, point, normal = closest(surface, tuple(query), -1)
-        sample = surface.grid.points[i]
-        assert np.linalg.norm(point - sample) <= surface.spacing * (1 + 1e-9)
-        assert abs(np.dot(np.subtract(point, sample), surface.normals[i])) < 1e-12
         np.testing.assert_array_equal(normal, surface.normals[i])
+        if surface.creased[i]:
+            creased += 1
+            assert exact.distance([point])[0] < 1e-9
+            own_distance = distance_to_triangle(surface.triangles[i], tuple(query))
+            assert np.linalg.norm(query - point) == pytest.approx(own_distance, abs=1e-12)
+        else:
+            sample = surface.grid.points[i]
+            assert np.linalg.norm(point - sample) <= surface.spacing * (1 + 1e-9)
+            assert abs(np.dot(np.subtract(point, sample), surface.normals[i])) < 1e-12
+    assert 10 < creased < 290
+
+
+def test_creases_are_beside_the_edges_of_a_box(prepared):
+    surface = prepared("box").surface
+    half = np.array([0.025, 0.035, 0.06])
+    from_edge = np.sort(half - np.abs(surface.grid.points), axis=1)[:, 1]
+    nearest_uncreased = from_edge[~surface.creased].min()
+    assert nearest_uncreased == pytest.approx(surface.spacing - LARGEST_OVERHANG, abs=0.01e-3)
+    assert from_edge[surface.creased].max() < surface.spacing - LARGEST_OVERHANG
+
+
+def test_neither_a_ball_nor_a_thin_plate_has_creases_on_its_faces(prepared):
+    assert not prepared("sphere").surface.creased.any()
+    surface = sample_surface(box((0.1, 0.1, 0.5e-3)))
+    assert not surface.creased[(np.abs(surface.grid.points[:, :2]) < 0.05 - surface.spacing).all(axis=1)].any()
 
 
 @OBJECTS
