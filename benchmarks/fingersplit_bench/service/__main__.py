@@ -11,12 +11,13 @@ from fingersplit.objects.parametric import cylinder
 from fingersplit_bench.service.faults import measure_cancel, measure_delay, survive_kills
 from fingersplit_bench.service.latency import measure_latency, measure_list
 from fingersplit_bench.service.load import jobs_per_second_without_http, measure_load
+from fingersplit_bench.service.recording import measure_recording
 from fingersplit_bench.service.server import Server
 from fingersplit_client import Client
 
 __all__ = ["SECTIONS", "main", "measure"]
 
-SECTIONS = ("start", "latency", "cancel", "delay", "load", "kills", "list")
+SECTIONS = ("start", "latency", "recording", "cancel", "delay", "load", "kills", "list")
 
 
 def main() -> None:
@@ -58,6 +59,8 @@ def measure(section: str, server: Server, arguments: argparse.Namespace) -> dict
         can = client.upload_object(_can(), file_type="off", name="can").id
     if section == "latency":
         return measure_latency(server, mesh, arguments.repeats)
+    if section == "recording":
+        return measure_recording(server, mesh, arguments.repeats)
     if section == "cancel":
         return measure_cancel(server, mesh, 10)
     if section == "delay":

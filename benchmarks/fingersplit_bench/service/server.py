@@ -94,6 +94,10 @@ class Server:
             total += int(match[1]) if match else 0
         return total / 1024
 
+    def has_file(self, job_id: str, pattern: str) -> bool:
+        """Whether a job's folder holds a file of that name."""
+        return any((self._data_dir / "jobs" / job_id).glob(pattern))
+
     def http(self) -> httpx2.Client:
         """A plain connection, to time what is sent over it."""
         return httpx2.Client(base_url=self.url, timeout=120)

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 from fingersplit.objects.model import ObjectModel
 from fingersplit.recording.lift_rows import Lift
 from fingersplit.recording.recorded_run import RecordedRun
+from fingersplit.recording.stream import Layout
 
 __all__ = ["Eye", "choose_view", "grasp_blueprint"]
 
@@ -18,7 +19,7 @@ HAND_REACH = 0.2
 """About how far a hand stands out of the object it grasps [m]."""
 
 
-def grasp_blueprint(eye: Eye, *, lifted: bool) -> rrb.Blueprint:
+def grasp_blueprint(eye: Eye, *, lifted: bool) -> Layout:
     """The layout of a run's recording.
 
     Args:
@@ -44,7 +45,7 @@ def grasp_blueprint(eye: Eye, *, lifted: bool) -> rrb.Blueprint:
         _curve("Slip in the hand [mm]", "lift/slip_mm"),
         _curve("Turn in the hand [deg]", "lift/turn_deg"),
     ]
-    return rrb.Blueprint(
+    return Layout(
         rrb.Horizontal(
             scene,
             rrb.Vertical(

@@ -21,12 +21,11 @@ from fingersplit.recording.planning_rows import planning_indexes, record_plannin
 from fingersplit.recording.posing import Poses, pose_links
 from fingersplit.recording.recorded_run import RecordedRun
 from fingersplit.recording.story import log_story
+from fingersplit.recording.stream import recording_file
 from fingersplit.splitting.settings import PlannerSettings
 from fingersplit.verification import Verification
 
-__all__ = ["APPLICATION", "record_run", "write_recording"]
-
-APPLICATION = "fingersplit"
+__all__ = ["record_run", "write_recording"]
 
 STILL = Poses(np.array([[[0.0, 0.0, 0.0, 1.0]]]), np.zeros((1, 1, 3)))
 """An object that stands in its own frame."""
@@ -64,11 +63,8 @@ def write_recording(
     initial = None if run.initial_simulation is None else Lift(run.initial_simulation, hand)
     lifts = [one for one in (lift, initial) if one is not None]
     eye, beside = choose_view(model, run, lifts, side_by_side=initial is not None)
-    # Every message is its own chunk: rerun compresses one in the background while the next is made.
-    stream = rr.RecordingStream(APPLICATION, batcher_config=rr.ChunkBatcherConfig(flush_num_rows=1))
-    stream.save(path, default_blueprint=grasp_blueprint(eye, lifted=bool(lifts)))
-    try:
-        title = f"{model.name}, {hand.name} hand, {run.title}"
+    title = f"{model.name}, {hand.name} hand, {run.title}"
+    with recording_file(path, grasp_blueprint(eye, lifted=bool(lifts))) as stream:
         stream.send_recording_name(title)
         log_bodies(stream, model, hand, run, friction)
         planned = pose_links(hand, run.trace.joints, run.trace.palm_rotations, run.trace.palm_positions)
@@ -83,9 +79,6 @@ def write_recording(
             _record_lifts(stream, hand, lift, initial, planned, beside)
         record_planning(stream, run.trace, model, hand, friction)
         log_story(stream, title, run, lift)
-        stream.flush()
-    finally:
-        stream.disconnect()
 
 
 def _record_lifts(

@@ -23,6 +23,7 @@ Returned = TypeVar("Returned")
 _PR_SET_PDEATHSIG = 1
 _REPORT_INTERVAL = 0.05  # [s]
 _LEAST_PRIORITY = 19
+_ALLOCATOR_RESERVE = "65536"  # [KiB]; else rerun and arrow each take 1 GiB of the address space when they are loaded
 
 
 @dataclass(frozen=True)
@@ -68,6 +69,7 @@ def begin(connection: Connection, parent: int, memory_bytes: int) -> None:
     if os.getppid() != parent:  # it died before the line above
         os._exit(1)
     resource.setrlimit(resource.RLIMIT_AS, (memory_bytes, memory_bytes))
+    os.environ.setdefault("MIMALLOC_ARENA_RESERVE", _ALLOCATOR_RESERVE)
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     _reporter.connection = connection
     try:
