@@ -240,7 +240,7 @@ def _draw(result: Any, picture: Path) -> None:
 
     with TemporaryDirectory() as folder:
         traces = Path(folder) / "traces.npz"
-        save_traces(result, result.to_document(), traces)
+        save_traces(result, json.dumps(result.to_document()), traces)
         draw_stored(traces, result.model.mesh, 1, picture)
 
 

@@ -42,18 +42,18 @@ class StoredRun:
     initial_verification: dict[str, Any] | None
 
 
-def save_traces(plan: "Plan", document: dict[str, Any], path: Path) -> None:
+def save_traces(plan: "Plan", result: str, path: Path) -> None:
     """Write what pictures and recordings of a plan's ranked grasps need, an .npz file.
 
     Args:
         plan: The plan.
-        document: Its result document.
+        result: Its result document as JSON, as it is answered.
         path: The file to write.
     """
     from fingersplit.splitting.trace import PHASE_NAMES  # where a plan is, it is loaded
 
     tables, grasps = dict[str, NDArray[Any]](), {}
-    for grasp, stated in zip(plan.grasps, document["grasps"], strict=True):
+    for grasp in plan.grasps:
         tables[f"{grasp.rank}/trace"] = _table(_columns(grasp.run.trace))
         simulations = {}
         for name in ("verification", "initial_verification"):
@@ -64,11 +64,10 @@ def save_traces(plan: "Plan", document: dict[str, Any], path: Path) -> None:
                 tables[f"{grasp.rank}/{name}"] = _table(columns)
         grasps[grasp.rank] = {
             "title": f"{plan.model.name}, {plan.hand.name} hand, rank {grasp.rank}: {_outcome(grasp)}",
-            "document": stated,
             "simulations": simulations,
         }
-    about = json.dumps({"hand": plan.hand.name, "phase_names": PHASE_NAMES, "grasps": grasps}).encode()
-    np.savez(path, allow_pickle=False, about=np.frombuffer(about, dtype=np.uint8), **tables)
+    about = json.dumps({"hand": plan.hand.name, "phase_names": PHASE_NAMES, "grasps": grasps})
+    np.savez(path, allow_pickle=False, about=_text(about), result=_text(result), **tables)
 
 
 def load_run(path: Path, rank: int) -> StoredRun:
@@ -80,6 +79,7 @@ def load_run(path: Path, rank: int) -> StoredRun:
     with np.load(path, allow_pickle=False) as stored:
         about = json.loads(stored["about"].tobytes())
         grasp = about["grasps"][str(rank)]
+        documents = json.loads(stored["result"].tobytes())["grasps"]
         simulations = {
             name: _read(stored[f"{rank}/{name}"]) | {"phase_names": tuple(phase_names)}
             for name, phase_names in grasp["simulations"].items()
@@ -87,7 +87,7 @@ def load_run(path: Path, rank: int) -> StoredRun:
         return StoredRun(
             hand=about["hand"],
             title=grasp["title"],
-            document=grasp["document"],
+            document=next(document for document in documents if document["rank"] == rank),
             phase_names=tuple(about["phase_names"]),
             trace=_read(stored[f"{rank}/trace"]),
             verification=simulations.get("verification"),
@@ -98,6 +98,10 @@ def load_run(path: Path, rank: int) -> StoredRun:
 def _outcome(grasp: "PlannedGrasp") -> str:
     verdict = "feasible" if grasp.run.feasible else "not feasible"
     return f"{verdict}, {grasp.run.termination.label.replace('_', ' ')}"
+
+
+def _text(text: str) -> NDArray[np.uint8]:
+    return np.frombuffer(text.encode(), dtype=np.uint8)
 
 
 def _columns(history: Any) -> dict[str, Any]:

@@ -198,11 +198,12 @@ def plan_job(storage: Storage, order: JobOrder) -> JobOutcome:
     if asked["verified"]:
         planned = verify_plan(storage, order.object_id, planned, asked, settings.friction, time_to_verify)
     document = planned.to_document()
-    warnings = keep_recording(storage, order.job_id, planned, document) if asked["recording"] else []
+    result = json.dumps(document, allow_nan=False, separators=(",", ":"))
+    warnings = keep_recording(storage, order.job_id, planned, result) if asked["recording"] else []
     ranked = document["grasps"]
     simulated = tuple(grasp["verification"]["passed"] for grasp in ranked if grasp["verification"])
     finding = Finding(
-        result=json.dumps(document, allow_nan=False, separators=(",", ":")),
+        result=result,
         grasps=len(ranked),
         feasible=document["summary"]["feasible"],
         verified=sum(simulated),
@@ -234,13 +235,13 @@ def verify_plan(
     )
 
 
-def keep_recording(storage: Storage, job_id: str, planned: "Plan", document: dict[str, Any]) -> list[str]:
+def keep_recording(storage: Storage, job_id: str, planned: "Plan", result: str) -> list[str]:
     """Write what pictures of the grasps need; what went wrong, in sentences, where that cannot be."""
     from fingersplit.recording.traces_file import save_traces
 
     try:
         with storage.atomic(storage.traces(job_id), durable=False) as staged:
-            save_traces(planned, document, staged)
+            save_traces(planned, result, staged)
     except OSError as error:
         return [f"What pictures and recordings need could not be written: {error.strerror}."]
     return []

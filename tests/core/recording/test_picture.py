@@ -1,5 +1,6 @@
 """Pictures of plans: real files, from a process without display or OpenGL."""
 
+import json
 import os
 import struct
 import subprocess
@@ -33,7 +34,7 @@ sys.exit(f"loaded {found}" if found else 0)
 def traces(barrett, tmp_path_factory):
     path = tmp_path_factory.mktemp("plan") / "traces.npz"
     planned = plan(prepare_object(cylinder(), "cylinder"), barrett, starts=8, top_k=2, seed=3)
-    save_traces(planned, planned.to_document(), path)
+    save_traces(planned, json.dumps(planned.to_document()), path)
     return path
 
 

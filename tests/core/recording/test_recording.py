@@ -1,5 +1,6 @@
 """Recordings, read back from the file: entities, rows, values, and rerun's own check."""
 
+import json
 import subprocess
 import sys
 from dataclasses import fields, replace
@@ -264,7 +265,7 @@ def test_a_recording_from_stored_traces_is_the_same(planned, barrett, recording,
     simulation = simulated(planned.grasps[0], drops=True)
     report = Verification("lift", "slipped", "a simulator", {}, 0.0, np.zeros((3, 3)), 0.0, None, (), simulation, 0.1)
     proven = replace(planned, grasps=(replace(planned.grasps[0], initial_verification=report), *planned.grasps[1:]))
-    save_traces(proven, proven.to_document(), tmp_path / "traces.npz")
+    save_traces(proven, json.dumps(proven.to_document()), tmp_path / "traces.npz")
     stored = RecordedRun.from_file(tmp_path / "traces.npz", 1)
     fresh = RecordedRun.from_planned(proven.grasps[0], barrett)
     assert stored.document == fresh.document
