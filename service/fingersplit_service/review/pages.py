@@ -1,8 +1,10 @@
-"""The pages themselves: fixed files, read once, which take everything that changes from the API."""
+"""The pages themselves: one frame and what stands in it, put together once; all that changes comes from the API."""
 
 import hashlib
 from dataclasses import dataclass
 from importlib.resources import files
+from string import Template
+from textwrap import indent
 from typing import Annotated
 
 from fastapi import APIRouter, Header, Response
@@ -22,6 +24,8 @@ _MEDIA_TYPES = {
     "js": "text/javascript; charset=utf-8",
     "svg": "image/svg+xml",
 }
+_TITLES = {"list": "Runs", "new": "New run", "run": "Run", "compare": "Comparison", "login": "Sign in"}
+_HERE = ' aria-current="page"'
 router = APIRouter(prefix="/review", include_in_schema=False)
 
 
@@ -44,56 +48,70 @@ class _SiteFile:
 
 
 def _read_site() -> dict[str, _SiteFile]:
-    site = {}
-    for file in files("fingersplit_service.review").joinpath("site").iterdir():
-        content, suffix = file.read_bytes(), file.name.rpartition(".")[2]
-        etag = f'"{hashlib.sha256(content).hexdigest()[:20]}"'
-        site[file.name] = _SiteFile(content, _MEDIA_TYPES[suffix], etag)
-    return site
+    """The files that pages name, by their names."""
+    found = files("fingersplit_service.review").joinpath("site").iterdir()
+    kept = {file.name: file.read_bytes() for file in found if not file.name.endswith(".html")}
+    return {name: _site_file(content, name.rpartition(".")[2]) for name, content in kept.items()}
 
 
-_SITE = _read_site()
+def _read_pages() -> dict[str, _SiteFile]:
+    """The pages, by the names of their scripts."""
+    site = files("fingersplit_service.review").joinpath("site")
+    frame, pages = Template(site.joinpath("frame.html").read_text()), {}
+    for name, title in _TITLES.items():
+        content = indent(site.joinpath(f"{name}.html").read_text().rstrip(), 6 * " ")
+        here = {f"at_{place}": _HERE if name == place else "" for place in ("list", "new")}
+        page = frame.substitute(here, title=title, name=name, content=content)
+        pages[name] = _site_file(page.encode(), "html")
+    return pages
+
+
+def _site_file(content: bytes, suffix: str) -> _SiteFile:
+    return _SiteFile(content, _MEDIA_TYPES[suffix], f'"{hashlib.sha256(content).hexdigest()[:20]}"')
+
+
+_SITE, _PAGES = _read_site(), _read_pages()
 Known = Annotated[str | None, Header(alias="If-None-Match")]
 
 
 @router.get("")
 async def list_page(known: Known = None) -> Response:
     """All runs."""
-    return _page("list.html", known)
+    return _page("list", known)
 
 
 @router.get("/new")
 async def new_page(known: Known = None) -> Response:
     """Upload a mesh and plan."""
-    return _page("new.html", known)
+    return _page("new", known)
 
 
 @router.get("/runs/{_job_id}")
 async def run_page(_job_id: str, known: Known = None) -> Response:
     """One run."""
-    return _page("run.html", known)
+    return _page("run", known)
 
 
 @router.get("/compare")
 async def compare_page(known: Known = None) -> Response:
     """Two runs."""
-    return _page("compare.html", known)
+    return _page("compare", known)
 
 
 @router.get("/login")
 async def login_page(known: Known = None) -> Response:
     """Trade an API key for a session."""
-    return _page("login.html", known)
+    return _page("login", known)
 
 
 @router.get("/site/{name}", responses=problem_answers(ProblemKind.NOT_FOUND))
 async def site_file(name: str, known: Known = None) -> Response:
     """A script, the style sheet or the mark."""
     file = _SITE.get(name)
-    if file is None or name.endswith(".html"):
+    if file is None:
         raise ProblemError(ProblemKind.NOT_FOUND, f"The pages have no file {name!r}.")
     return file.answer(known)
 
 
 def _page(name: str, known: str | None) -> Response:
-    return _SITE[name].answer(known, _POLICY)
+    return _PAGES[name].answer(known, _POLICY)
