@@ -9,6 +9,12 @@ from fingersplit.objects.parametric import PARAMETRIC_OBJECTS
 from fingersplit_client import Client, JobCreate
 from pages import MUG, PHONE
 
+PICTURES_ARE_THERE = """
+() => {
+  const all = [...document.querySelectorAll(".runs img.thumbnail")];
+  return all.length > 0 && all.every((one) => one.naturalWidth === 192);
+}
+"""
 VIEWER_OPENS_WITHIN = 240_000  # [ms]; the renderer is software
 
 
@@ -81,6 +87,7 @@ def test_the_list_finds_runs_and_two_of_them_are_compared(visit, keep, runs):
     page = visit("/review")
     rows = page.locator(".runs tbody tr")
     expect(rows.first).to_be_visible()
+    page.wait_for_function(PICTURES_ARE_THERE)
     keep(page, "list-laptop-light")
     page.get_by_label("Object", exact=True).fill("nothing like it")
     expect(page.get_by_role("heading", name="No run matches")).to_be_visible()
@@ -133,6 +140,8 @@ def test_a_phone_shows_everything_without_scrolling_sideways(visit, keep, runs, 
         page = visit(path, size=PHONE, scheme=scheme)
         page.wait_for_load_state("networkidle")
         assert page.evaluate("document.documentElement.scrollWidth") <= PHONE["width"], name
+        if name == "compare":
+            assert page.locator(".scroll").evaluate_all("all => all.every(one => one.scrollWidth <= one.clientWidth)")
         keep(page, f"{name}-phone-{scheme}")
 
 

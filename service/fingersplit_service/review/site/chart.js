@@ -1,15 +1,21 @@
 // Quality over the accepted iterations as SVG: phases shaded as in the paper, one line a run, values under the cursor.
 
 import { h, svg } from "./dom.js";
-import { number } from "./format.js";
+import { brief, number } from "./format.js";
 
 const NARROW = { width: 560, height: 250, left: 62, right: 12, top: 12, bottom: 38 };
+const SMALL = { ...NARROW, width: 340, height: 230, left: 52 };
 const WIDE = { ...NARROW, width: 1180, height: 300 };
 const KEYS = ["first", "second"];
+const PHASES = [
+  ["cpo", "CPO, contacts move"],
+  ["ppo", "PPO, palm moves"],
+  ["settle", "settling on the surface"],
+];
 
 // series: [{ name, quality, phases }], at most two; phases are shaded when there is one.
 export function qualityChart(series, label, wide = false) {
-  const size = wide && innerWidth > NARROW.width ? WIDE : NARROW;
+  const size = innerWidth < NARROW.width ? SMALL : wide ? WIDE : NARROW;
   const steps = Math.max(...series.map((one) => one.quality.length - 1), 1);
   const values = series.flatMap((one) => one.quality);
   const ticks = niceTicks(Math.min(...values), Math.max(...values));
@@ -49,7 +55,7 @@ function phaseBands(phases, size, x) {
 function axes(ticks, steps, size, x, y) {
   const parts = ticks.flatMap((tick) => [
     svg("line", { class: "grid", x1: size.left, x2: size.width - size.right, y1: y(tick), y2: y(tick) }),
-    svg("text", { x: size.left - 8, y: y(tick) + 4, "text-anchor": "end" }, number(tick)),
+    svg("text", { x: size.left - 8, y: y(tick) + 4, "text-anchor": "end" }, brief(tick)),
   ]);
   for (const step of niceTicks(0, steps).filter((one) => Number.isInteger(one) && one <= steps)) {
     parts.push(svg("text", { x: x(step), y: size.height - 14, "text-anchor": "middle" }, String(step)));
@@ -69,7 +75,7 @@ function niceTicks(low, high) {
 }
 
 function legend(series) {
-  const phases = series.length === 1 ? [["cpo", "CPO, contacts move"], ["ppo", "PPO, palm moves"]] : [];
+  const phases = series.length === 1 ? PHASES.filter(([phase]) => series[0].phases.includes(phase)) : [];
   const keys = [...series.map((one, index) => [KEYS[index], one.name]), ...phases];
   return h("ul", { class: "legend" }, keys.map(([key, name]) => h("li", {}, h("span", { class: `swatch ${key}` }), name)));
 }

@@ -3,7 +3,7 @@
 import * as api from "./api.js";
 import { qualityChart } from "./chart.js";
 import { card, find, h, report, show } from "./dom.js";
-import { METRICS, ago, duration, exact, number, sentence, standing, took } from "./format.js";
+import { METRICS, ago, brief, duration, exact, number, sentence, standing, took } from "./format.js";
 
 const KEYS = ["first", "second"];
 const NAMES = ["Before", "After"];
@@ -28,12 +28,12 @@ async function load() {
 
 function summary(jobs, best) {
   if (best.some((grasp) => !grasp)) return "One of the runs found no grasp.";
-  const [before, after] = best.map((grasp) => grasp.metrics.ferrari_canny);
-  if (before === after) return "The best grasps are equally good by the Ferrari-Canny metric.";
-  if (before === 0) return "Only the later run has a best grasp with force closure.";
-  const change = (100 * (after - before)) / before;
+  const [before, after] = best.map((grasp) => grasp.metrics.holding_margin);
   const same = jobs[0].object_id === jobs[1].object_id ? "" : " The objects differ.";
-  return `The later run's best grasp is ${number(Math.abs(change), 2)} % ${change > 0 ? "better" : "worse"} by the Ferrari-Canny metric.${same}`;
+  if (before === null || after === null) return same.trim();
+  if (before === after) return `The best grasps hold with the same margin, ${number(before)} N.${same}`;
+  const change = `${number(Math.abs(after - before))} N ${after > before ? "more" : "less"}`;
+  return `The later run's best grasp holds with ${change} to spare: ${number(after)} N instead of ${number(before)} N.${same}`;
 }
 
 function head(job, index) {
@@ -86,11 +86,12 @@ function metrics(jobs, best) {
 function deltaRow(label, [before, after], sense, text) {
   const known = before !== null && after !== null;
   const change = known ? after - before : 0;
-  const share = known && before ? ` (${change > 0 ? "+" : "−"}${number(Math.abs((100 * change) / before), 2)} %)` : "";
+  const sign = change > 0 ? "+" : "−";
+  const share = known && before && change ? h("span", { class: "share" }, ` (${sign}${brief(Math.abs((100 * change) / before), 2)} %)`) : null;
   const kind = change * sense > 0 ? "better" : change * sense < 0 ? "worse" : null;
-  const said = !known ? "–" : change === 0 ? "same" : `${change > 0 ? "+" : "−"}${text(Math.abs(change))}${share}`;
+  const said = !known ? "–" : change === 0 ? "same" : `${sign}${text(Math.abs(change))}`;
   const cells = [before, after].map((value) => h("td", { class: "number" }, value === null ? "–" : text(value)));
-  return h("tr", {}, h("th", { scope: "row" }, label), ...cells, h("td", { class: kind ? `number ${kind}` : "number" }, said, kind ? h("span", { class: "visually-hidden" }, `, ${kind}`) : null));
+  return h("tr", {}, h("th", { scope: "row" }, label), ...cells, h("td", { class: kind ? `number ${kind}` : "number" }, said, share, kind ? h("span", { class: "visually-hidden" }, `, ${kind}`) : null));
 }
 
 function parameters(jobs) {
@@ -103,14 +104,14 @@ function parameters(jobs) {
   const rows = names.map((name) => {
     const [before, after] = flat.map((one) => text(one[name]));
     const changed = before !== after;
-    return [changed, h("tr", { class: changed ? "changed" : null }, h("th", { scope: "row" }, sentence(name)), h("td", { class: "mono" }, before), h("td", { class: "mono" }, after), h("td", {}, changed ? "changed" : ""))];
+    return [changed, h("tr", { class: changed ? "changed" : null }, h("th", { scope: "row" }, sentence(name)), h("td", { class: "mono" }, before), h("td", { class: "mono" }, after), h("td", { class: "note-of-change" }, changed ? "changed" : ""))];
   });
   rows.sort((a, b) => b[0] - a[0]);
   return grid(["Parameter", ...NAMES, ""], rows.map(([, row]) => row));
 }
 
 function grid(heads, rows) {
-  return h("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": heads[0] || "Outcome" }, h("table", {}, h("thead", {}, h("tr", {}, heads.map((head, index) => h("th", { scope: "col", class: index && heads[0] === "" ? "number" : null }, head)))), h("tbody", {}, rows)));
+  return h("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": heads[0] || "Outcome" }, h("table", { class: "pairs" }, h("thead", {}, h("tr", {}, heads.map((head, index) => h("th", { scope: "col", class: index && heads[0] === "" ? "number" : null }, head)))), h("tbody", {}, rows)));
 }
 
 load().catch(report);

@@ -4,13 +4,24 @@ export const words = (name) => String(name).replace(/_s$/, ", s").replaceAll("_"
 
 export const sentence = (name) => words(name).replace(/^./, (first) => first.toUpperCase());
 
+const RAISED = { "-": "⁻", 0: "⁰", 1: "¹", 2: "²", 3: "³", 4: "⁴", 5: "⁵", 6: "⁶", 7: "⁷", 8: "⁸", 9: "⁹" };
+const signed = (text) => text.replace("-", "−");
+
+// So many significant digits, the trailing zeros too: numbers of a column end alike.
 export function number(value, digits = 3) {
   if (value === null || value === undefined) return "–";
   const size = Math.abs(value);
   if (size < 1e-12) return "0"; // what rounding leaves of nothing
-  if (size < 1e-3 || size >= 1e6) return value.toExponential(digits - 1);
-  return Number(value.toPrecision(digits)).toString();
+  if (size >= 1e-4 && size < 1e6) return signed(size < 10 ** digits - 0.5 ? value.toPrecision(digits) : value.toFixed(0));
+  const [mantissa, power] = value.toExponential(digits - 1).split("e");
+  return `${signed(mantissa)}·10${[...power.replace("+", "")].map((sign) => RAISED[sign]).join("")}`;
 }
+
+// A value where nothing has to line up with it: a tick of an axis, a share.
+export const brief = (value, digits = 3) => {
+  const text = number(value, digits);
+  return text.includes(".") && !text.includes("·") ? text.replace(/\.?0+$/, "") : text;
+};
 
 export function duration(milliseconds) {
   if (milliseconds === null || milliseconds === undefined) return "–";

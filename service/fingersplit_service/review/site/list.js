@@ -72,7 +72,7 @@ function row(job) {
     h("td", { class: "name" }, h("a", { class: "object", href: api.links.run(job.id) }, job.object_name)),
     h("td", { class: "state" }, h("span", { class: `badge ${kind}` }, label)),
     h("td", { class: "optional" }, job.hand),
-    h("td", { class: "number", "data-label": "Holding margin, N" }, number(job.holding_margin)),
+    h("td", { class: "number", "data-label": "Holding margin" }, job.holding_margin === null ? "–" : `${number(job.holding_margin)} N`),
     h("td", { class: "number optional" }, job.feasible ?? "–"),
     h("td", { class: "optional" }, verified),
     h("td", { class: "number optional" }, duration(took(job))),

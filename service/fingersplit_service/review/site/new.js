@@ -165,8 +165,12 @@ async function start() {
   find("#cancel").addEventListener("click", () => current && api.cancelJob(current.id).catch(report));
   try {
     const known = await api.hands();
-    form.elements.hand.append(...known.map((hand) => h("option", { value: hand.name }, hand.title)));
+    const titles = new Map(known.map((hand) => [hand.name, hand.title.split(/, (.*)/)])); // the maker's name, and more
+    form.elements.hand.append(...[...titles].map(([name, [maker]]) => h("option", { value: name }, maker)));
+    const describe = () => (find("#about-hand").textContent = sentence(titles.get(form.elements.hand.value)?.[1] ?? ""));
+    form.elements.hand.addEventListener("change", describe);
     if (earlier) await startAgain();
+    describe();
   } catch (error) {
     report(error);
   }

@@ -45,7 +45,8 @@ function open(job, rank) {
   const status = h("p", { class: "status", role: "status" }, SAYS.loading);
   place.dataset.state = "loading";
   place.replaceChildren(frame, status);
-  frame.focus();
+  place.scrollIntoView({ block: "nearest" });
+  frame.focus({ preventScroll: true });
   window.addEventListener("message", (event) => {
     if (event.origin !== location.origin || event.source !== frame.contentWindow || !event.data.viewer) return;
     const { viewer, detail } = event.data;

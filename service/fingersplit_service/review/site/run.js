@@ -75,8 +75,8 @@ function drawHead(job) {
 }
 
 function grasps(job) {
-  const heads = ["Rank", "Feasible", "Holding margin", "Ferrari-Canny", "Q", "Isotropy", "Volume", "Pad angle", "CPO / PPO", "Verified", "Ended"];
-  const numeric = new Set(["Holding margin", "Ferrari-Canny", "Q", "Isotropy", "Volume", "Pad angle", "CPO / PPO"]);
+  const numeric = new Set(["Holding margin, N", "Ferrari-Canny, N", "Q", "Isotropy", "Volume, N⁶", "Pad angle, rad", "CPO / PPO"]);
+  const heads = ["Rank", "Feasible", "Verified", ...numeric, "Ended"];
   const rows = job.result.grasps.map((grasp) => {
     const choose = (event) => {
       select(job, grasp);
@@ -89,23 +89,25 @@ function grasps(job) {
       { "data-rank": grasp.rank, "aria-selected": "false", on: { click: choose } },
       h("td", {}, h("button", { type: "button", "aria-pressed": "false", "aria-label": `Show grasp ${grasp.rank}` }, String(grasp.rank))),
       h("td", {}, h("span", { class: `badge ${grasp.feasible ? "good" : "warn"}` }, grasp.feasible ? "yes" : "no")),
-      ...[metrics.holding_margin, metrics.ferrari_canny, metrics.quality, metrics.isotropy, metrics.volume].map((value) => h("td", { class: "number" }, number(value))),
-      h("td", { class: "number" }, `${tilt.toFixed(2)} rad`),
-      h("td", { class: "number" }, `${iterations.cpo} / ${iterations.ppo}`),
       h("td", {}, verdict(grasp.verification)),
+      ...[metrics.holding_margin, metrics.ferrari_canny, metrics.quality, metrics.isotropy, metrics.volume].map((value) => h("td", { class: "number" }, number(value))),
+      h("td", { class: "number" }, tilt.toFixed(2)),
+      h("td", { class: "number" }, `${iterations.cpo} / ${iterations.ppo}`),
       h("td", {}, words(grasp.termination)),
     );
   });
+  const table = h(
+    "table",
+    { class: "grasps" },
+    h("caption", { class: "visually-hidden" }, "Grasps"),
+    h("thead", {}, h("tr", {}, heads.map((head) => h("th", { scope: "col", class: numeric.has(head) ? "number" : null }, head)))),
+    h("tbody", {}, rows),
+  );
   return h(
     "div",
-    { class: "scroll", tabindex: "0", role: "region", "aria-label": "Table of grasps" },
-    h(
-      "table",
-      { class: "grasps" },
-      h("caption", {}, "Ranked, best first. Choose one to see how it came about."),
-      h("thead", {}, h("tr", {}, heads.map((head) => h("th", { scope: "col", class: numeric.has(head) ? "number" : null }, head)))),
-      h("tbody", {}, rows),
-    ),
+    {},
+    h("p", { class: "hint" }, "Ranked, best first. Choose one to see how it came about."),
+    h("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": "Table of grasps" }, table),
   );
 }
 
