@@ -90,8 +90,8 @@ class Storage:
         return leaving
 
     def traces(self, job_id: str) -> Path:
-        """What a job's planner went through."""
-        return self.job_folder(job_id) / "traces.npz"
+        """What a job's planner went through; 0.1.0 kept it as ``traces.npz``, in another form that is not read."""
+        return self.job_folder(job_id) / "runs.npz"
 
     def view(self, job_id: str, rank: int, name: str) -> Path:
         """What people look at of one grasp: ``picture.png``, ``recording.rrd`` and the like."""

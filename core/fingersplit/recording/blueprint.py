@@ -57,7 +57,7 @@ def grasp_blueprint(eye: Eye, *, lifted: bool) -> Layout:
                     rrb.TextLogView(origin="log", name="What happened"),
                     rrb.TextDocumentView(origin="summary", name="Summary"),
                 ),
-                row_shares=[3, 2, 3, *([3] if lifted else []), 2.6],
+                row_shares=[3, 2.6, 2.8, *([2.8] if lifted else []), 2.6],
             ),
             column_shares=[5, 4],
         ),
@@ -99,6 +99,6 @@ def choose_view(
     raised = max((float(np.ptp(lift.object_poses.positions[0, :, 2])) for lift in lifts), default=0.0)
     middle = (run.trace.palm_positions[-1] + model.center_of_mass) / 2
     target = middle + raised / 2 * up + (beside / 2 if side_by_side else 0)
-    distance = 1.3 * radius + 0.9 * raised + (0.4 * radius if side_by_side else 0)
+    distance = 1.15 * radius + 0.8 * raised + (0.35 * radius if side_by_side else 0)
     direction = towards + 0.35 * up + 0.35 * right
     return (target + distance * direction / np.linalg.norm(direction), target), beside
