@@ -13,23 +13,20 @@ import trimesh
 from rerun.chunk import RrdReader
 from scipy.spatial.transform import Rotation
 
-from fingersplit.hands.shapes import shape_distance
+from fingersplit.objects.convex_pieces import decompose
 from fingersplit.objects.mesh import Mesh
 from fingersplit.objects.model import prepare_object
 from fingersplit.objects.parametric import cylinder
 from fingersplit.planning import plan
 from fingersplit.quality.metrics import WrenchSpace, ferrari_canny, isotropy, volume
-from fingersplit.recording.posing import hand_links, pose_links, turn_z_to
-from fingersplit.recording.raycast import Layer
+from fingersplit.recording.posing import hand_links
 from fingersplit.recording.recorded_run import RecordedRun
 from fingersplit.recording.run_recording import record_run, write_recording
-from fingersplit.recording.shading import shade_object
 from fingersplit.recording.stream import Layout, recording_file
-from fingersplit.recording.surface_points import hit_points
 from fingersplit.recording.traces_file import save_traces
 from fingersplit.splitting.trace import CPO, PHASE_NAMES, QUALITY
-from fingersplit.transforms import pose_matrix, wxyz_from_rotation
-from fingersplit.verification import Simulation, Verification
+from fingersplit.transforms import wxyz_from_rotation
+from fingersplit.verification import Simulation, verify
 
 FRAMES = 40
 
@@ -262,8 +259,9 @@ def test_an_unstable_simulation_is_shown_up_to_its_first_bad_frame(planned, barr
 
 
 def test_a_recording_from_stored_traces_is_the_same(planned, barrett, recording, tmp_path):
-    simulation = simulated(planned.grasps[0], drops=True)
-    report = Verification("lift", "slipped", "a simulator", {}, 0.0, np.zeros((3, 3)), 0.0, None, (), simulation, 0.1)
+    pieces = decompose(planned.model.mesh)
+    report = verify(planned.grasps[0].run.initial, barrett, planned.model, pieces, "lift")
+    simulation = report.simulation
     proven = replace(planned, grasps=(replace(planned.grasps[0], initial_verification=report), *planned.grasps[1:]))
     save_traces(proven, json.dumps(proven.to_document()), tmp_path / "traces.npz")
     stored = RecordedRun.from_file(tmp_path / "traces.npz", 1)
@@ -316,57 +314,3 @@ def uneven_sphere(vertices):
     rough = 1 + 0.003 * np.random.default_rng(1).normal(size=(len(ball.vertices), 1))
     assert abs(len(ball.vertices) - vertices) < 0.1 * vertices
     return Mesh(ball.vertices * rough, ball.faces)
-
-
-def test_links_are_posed_as_the_hand_poses_their_shapes(barrett):
-    rng, count = np.random.default_rng(4), 40
-    joints = rng.uniform(barrett.lower, barrett.upper, (count, len(barrett.joint_names)))
-    palms, places = Rotation.random(count, rng=rng).as_matrix(), rng.normal(size=(count, 3))
-    poses = pose_links(barrett, joints, palms, places)
-    np.testing.assert_allclose(np.linalg.norm(poses.xyzw, axis=-1), 1, atol=1e-12)
-    for row in range(count):
-        expected = barrett.shape_poses(joints[row], pose_matrix(palms[row], places[row]))
-        for b, link in enumerate(hand_links(barrett)):
-            turn = Rotation.from_quat(poses.xyzw[b, row])
-            for shape in link.shapes:
-                rotation = turn.as_matrix() @ barrett.arrays.shape_rotations[shape]
-                center = turn.as_matrix() @ barrett.arrays.shape_positions[shape] + poses.positions[b, row]
-                np.testing.assert_allclose(pose_matrix(rotation, center), expected[shape], atol=1e-12)
-
-
-def test_hits_are_all_the_collision_points_inside_a_shape(planned, barrett):
-    model, rng = planned.model, np.random.default_rng(6)
-    states = [planned.grasps[0].run.final.joints + rng.normal(scale=0.2, size=len(barrett.joint_names)) for _ in "1234"]
-    palm = planned.grasps[0].run.final.object_from_palm
-    places = palm[:3, 3] + rng.normal(scale=0.02, size=(len(states), 3))
-    turns = np.tile(palm[:3, :3], (len(states), 1, 1))
-    found = hit_points(barrett, model, np.array(states), turns, places)
-    assert all(len(points) > 3 for points in found)
-    kinds, sizes = barrett.arrays.shape_kinds, barrett.arrays.shape_sizes
-    for points, joints, place in zip(found, states, places, strict=True):
-        inside = np.zeros(len(model.collision.points), dtype=bool)
-        for shape, pose in enumerate(barrett.shape_poses(joints, pose_matrix(palm[:3, :3], place))):
-            local = (model.collision.points - pose[:3, 3]) @ pose[:3, :3]
-            inside |= [shape_distance(kinds[shape], sizes[shape], *point) < 0 for point in local]
-        np.testing.assert_array_equal(points, model.collision.points[inside])
-
-
-def test_shading_turns_no_normal_far_and_loses_no_face():
-    mesh = uneven_sphere(2_000)
-    shaded = shade_object(mesh)
-    assert len(shaded.faces) == len(mesh.faces)
-    assert shaded.vertices[shaded.faces].astype(float).sum() == pytest.approx(mesh.vertices[mesh.faces].sum(), abs=1e-3)
-    exact = Layer(mesh.vertices, mesh.faces, (0.0, 0.0, 0.0, 1.0)).corner_normals
-    corners = {}
-    for corner, normal in zip(
-        mesh.vertices[mesh.faces].astype(np.float32).reshape(-1, 3), exact.reshape(-1, 3), strict=True
-    ):
-        corners.setdefault(corner.tobytes(), []).append(normal)
-    for vertex, normal in zip(shaded.vertices, shaded.normals, strict=True):
-        assert min(np.linalg.norm(normal - one) for one in corners[vertex.tobytes()]) < np.sqrt(3) / 512
-
-
-def test_turning_z_reaches_every_direction():
-    directions = np.vstack([np.eye(3), -np.eye(3), np.random.default_rng(2).normal(size=(20, 3))])
-    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
-    np.testing.assert_allclose(Rotation.from_quat(turn_z_to(directions)).apply((0, 0, 1)), directions, atol=1e-12)
