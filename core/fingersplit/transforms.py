@@ -4,6 +4,8 @@ Conventions: ``a_from_b`` maps coordinates in frame b to coordinates in frame a,
 ``a_from_c``. Quaternions are ``wxyz`` with w >= 0. Lengths [m], angles [rad].
 """
 
+import math
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
@@ -20,8 +22,17 @@ __all__ = [
 
 def wxyz_from_rotation(rotation: ArrayLike) -> NDArray[np.float64]:
     """Unit quaternion (4,) with w >= 0 of a rotation matrix (3, 3)."""
-    quaternion = Rotation.from_matrix(np.asarray(rotation)).as_quat(canonical=True, scalar_first=True)
-    return np.asarray(quaternion, dtype=np.float64)
+    (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = np.asarray(rotation, dtype=np.float64).tolist()
+    # Each row is the quaternion times four times one of its components; the largest loses least to rounding.
+    multiples = (
+        (1 + xx + yy + zz, zy - yz, xz - zx, yx - xy),
+        (zy - yz, 1 + xx - yy - zz, xy + yx, xz + zx),
+        (xz - zx, xy + yx, 1 - xx + yy - zz, yz + zy),
+        (yx - xy, xz + zx, yz + zy, 1 - xx - yy + zz),
+    )
+    largest = max(range(4), key=lambda i: multiples[i][i])
+    quaternion = np.array(multiples[largest])
+    return quaternion / math.copysign(math.sqrt(quaternion @ quaternion), quaternion[0])
 
 
 def rotation_from_wxyz(wxyz: ArrayLike) -> NDArray[np.float64]:

@@ -1,6 +1,7 @@
 """Poses and quaternions: round trips and the order of composition."""
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
@@ -29,6 +30,15 @@ def test_rotation_survives_its_quaternion(seed):
     assert abs(np.linalg.norm(wxyz) - 1) < 1e-12
     np.testing.assert_allclose(rotation_from_wxyz(wxyz), rotation, atol=1e-12)
     np.testing.assert_allclose(rotation_from_wxyz(-3 * wxyz), rotation, atol=1e-12)
+
+
+@given(seeds, st.floats(0, 1e-9))
+def test_turns_by_half_a_circle_keep_their_axis(seed, less):
+    axis = np.random.default_rng(seed).normal(size=3)
+    axis /= np.linalg.norm(axis)
+    wxyz = wxyz_from_rotation(Rotation.from_rotvec((np.pi - less) * axis).as_matrix())
+    assert wxyz[0] >= 0
+    assert abs(wxyz[1:] @ axis) == pytest.approx(1)
 
 
 def test_scalar_stands_first():

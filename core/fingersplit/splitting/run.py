@@ -52,7 +52,7 @@ class Run:
     last: np.record
     outcome: np.record
 
-    @property
+    @cached_property
     def feasible(self) -> bool:
         """Whether the grasp keeps every constraint."""
         return bool(self.outcome.violations == 0)
@@ -102,7 +102,7 @@ class Run:
 
     @cached_property
     def _violated(self) -> tuple[tuple[Termination, str], ...]:
-        return tuple(self._violations())
+        return () if self.feasible else tuple(self._violations())
 
     def _violations(self) -> Iterator[tuple[Termination, str]]:
         settings, state = self.problem.settings, self.last
