@@ -8,7 +8,8 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from fingersplit.objects.parametric import cylinder
-from fingersplit_bench.service.faults import measure_cancel, measure_delay, survive_kills
+from fingersplit_bench.service.delay import measure_delay
+from fingersplit_bench.service.faults import measure_cancel, survive_kills
 from fingersplit_bench.service.latency import measure_latency, measure_list
 from fingersplit_bench.service.load import jobs_per_second_without_http, measure_load
 from fingersplit_bench.service.recording import measure_recording
@@ -28,13 +29,15 @@ def main() -> None:
     parser.add_argument("--repeats", type=int, default=100, help="requests a latency is measured over")
     parser.add_argument("--jobs", type=int, default=5_000, help="jobs of the load")
     parser.add_argument("--clients", type=int, default=50, help="clients of the load")
+    parser.add_argument("--starts", type=int, default=64, help="starts of each job of the load")
     parser.add_argument("--kill-jobs", type=int, default=300, help="jobs during which things are killed")
+    parser.add_argument("--delay-kills", type=int, default=9, help="kills while a delay is measured")
     parser.add_argument("--report", type=Path, default=Path("build/bench"), help="folder for the report")
     arguments = parser.parse_args()
     sections = arguments.sections or SECTIONS
     figures: dict[str, Any] = {}
     if "start" in sections:  # before anything else runs
-        with TemporaryDirectory() as folder, Server(Path(folder), spare_workers=0) as fresh:
+        with TemporaryDirectory() as folder, Server(Path(folder), spares=0) as fresh:
             figures["start"] = {"seconds_to_ready": fresh.seconds_to_ready, "memory_mib": fresh.memory()}
     with TemporaryDirectory() as folder, Server(Path(folder)) as server:
         for section in sections:
@@ -58,19 +61,22 @@ def measure(section: str, server: Server, arguments: argparse.Namespace) -> dict
         mesh = client.upload_object(arguments.mesh).id
         can = client.upload_object(_can(), file_type="off", name="can").id
     if section == "latency":
-        return measure_latency(server, mesh, arguments.repeats)
+        verified = measure_latency(server, mesh, arguments.repeats, verified=1)  # first: it has the pieces made
+        return measure_latency(server, mesh, arguments.repeats) | {
+            "verified_" + name: x for name, x in verified.items()
+        }
     if section == "recording":
         return measure_recording(server, mesh, arguments.repeats)
     if section == "cancel":
         return measure_cancel(server, mesh, 10)
     if section == "delay":
-        return measure_delay(server, can, arguments.repeats)
+        return measure_delay(server, can, arguments.repeats, arguments.delay_kills)
     if section == "kills":
         return survive_kills(server, can, arguments.kill_jobs, 30, seed=1)
     if section == "list":
         return measure_list(server)
-    alone = asyncio.run(jobs_per_second_without_http(2, max(100, arguments.jobs // 10), starts=4))
-    found = asyncio.run(measure_load(server, can, arguments.clients, arguments.jobs, starts=4))
+    alone = asyncio.run(jobs_per_second_without_http(2, max(100, arguments.jobs // 10), arguments.starts))
+    found = asyncio.run(measure_load(server, can, arguments.clients, arguments.jobs, arguments.starts))
     return found | {"without_http_per_second": alone, "share": found["jobs_per_second"] / alone}
 
 

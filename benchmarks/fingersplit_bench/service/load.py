@@ -11,7 +11,8 @@ from fingersplit.objects.parametric import cylinder
 from fingersplit_bench.service.server import Server
 from fingersplit_client import AsyncClient, JobCreate
 from fingersplit_service.jobs.engine import Engine, Priority
-from fingersplit_service.jobs.tasks import JobOrder, Tasks
+from fingersplit_service.jobs.planning import JobOrder
+from fingersplit_service.jobs.tasks import Tasks
 from fingersplit_service.storage import Storage
 
 __all__ = ["jobs_per_second_without_http", "measure_load"]

@@ -26,13 +26,14 @@ class Server:
         seconds_to_ready: From the start of the process until its workers were warm.
     """
 
-    def __init__(self, data_dir: Path, workers: int = 2, **settings: object) -> None:
+    def __init__(self, data_dir: Path, workers: int = 2, spares: int = 1, **settings: object) -> None:
         with socket.socket() as probe:
             probe.bind(("127.0.0.1", 0))
             self._port = probe.getsockname()[1]
         self.url = f"http://127.0.0.1:{self._port}"
         self.seconds_to_ready = 0.0
-        self._data_dir, self._workers = data_dir, workers
+        self._data_dir, self._workers, self._spares = data_dir, workers, spares
+        settings |= {"spare_workers": spares}
         self._environment = {f"FINGERSPLIT_{name.upper()}": str(value) for name, value in settings.items()}
 
     def __enter__(self) -> Self:
@@ -73,6 +74,13 @@ class Server:
     def workers(self) -> list[int]:
         """Process ids of its workers, the spare one included."""
         return [pid for pid in self.processes() if pid != self.process.pid and "spawn_main" in _command(pid)]
+
+    def complete(self) -> bool:
+        """Whether all workers are warm, the spare ones too."""
+        with self.http() as http:
+            told = dict(line.rsplit(" ", 1) for line in http.get("/metrics").text.splitlines() if line[0] != "#")
+        warm, spare = (float(told[f'fingersplit_workers{{state="{state}"}}']) for state in ("warm", "spare"))
+        return (warm, spare) == (self._workers, self._spares)
 
     def processes(self) -> list[int]:
         """Process ids of it and its children."""
