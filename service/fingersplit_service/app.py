@@ -1,5 +1,6 @@
 """The application: endpoints, problem documents and limits around one runtime."""
 
+import re
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
@@ -29,6 +30,7 @@ from fingersplit_service.settings import ServiceSettings
 
 __all__ = ["create_app"]
 
+_UPLOADS = re.compile(f"{objects.PATH}(/[^/]+/parallel-grasps/import)?")
 _MULTIPART_OVERHEAD = 64 * 1024  # boundaries, part headers, and the other fields [bytes]
 
 
@@ -48,7 +50,7 @@ def create_app(settings: ServiceSettings | None = None, tasks: Tasks | None = No
             yield
 
     def body_limit(method: str, path: str) -> int:
-        if (method, path) == ("POST", objects.PATH):
+        if method == "POST" and _UPLOADS.fullmatch(path):
             return chosen.max_upload_bytes + _MULTIPART_OVERHEAD
         return chosen.max_request_bytes
 

@@ -65,7 +65,8 @@ class Runtime:
         return _HANDS.validate_python(self.engine.warmth.hands if self.engine.warmth else [])
 
     async def remove_job_files(self, job_id: str) -> None:
-        """Delete what is kept of a job beside its row."""
+        """Delete what is kept of a job beside its row, once nothing more is written."""
+        await self.dispatcher.released(job_id)
         await asyncio.to_thread(self.storage.remove_job, job_id)
 
 
@@ -114,7 +115,7 @@ async def _end(task: "asyncio.Task[None]") -> None:
         await task
 
 
-def _runtime(request: Request) -> Runtime:
+async def _runtime(request: Request) -> Runtime:  # without ``async`` each request would wait for a thread
     runtime: Runtime = request.app.state.runtime
     return runtime
 

@@ -54,7 +54,9 @@ class ServiceSettings(BaseSettings):
         default=2048 * _MIB,
         description="Most that prepared objects may take below data_dir; the least recently used go first [bytes].",
     )
-    max_upload_bytes: PositiveInt = Field(default=64 * _MIB, description="Largest file of an object [bytes].")
+    max_upload_bytes: PositiveInt = Field(
+        default=64 * _MIB, description="Largest file of an object or of grasps [bytes]."
+    )
     max_request_bytes: PositiveInt = Field(default=_MIB, description="Largest body of other requests [bytes].")
     max_queued_jobs: PositiveInt = Field(default=10_000, description="Most jobs that may wait.")
     max_connections: PositiveInt = Field(default=1_000, description="Most connections at once.")
@@ -69,7 +71,7 @@ class ServiceSettings(BaseSettings):
     )
     plan_deadline_s: PositiveFloat = Field(default=300.0, description="Longest time for one job [s].")
     inspection_deadline_s: PositiveFloat = Field(
-        default=60.0, description="Longest time to check and prepare one upload [s]."
+        default=60.0, description="Longest time to check and prepare one uploaded file [s]."
     )
     picture_deadline_s: PositiveFloat = Field(
         default=60.0, description="Longest time for one picture, mesh file or set of parallel grasps [s]."

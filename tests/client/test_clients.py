@@ -1,6 +1,7 @@
 """Both clients against a real service with the real planner, over a real socket."""
 
 import asyncio
+import json
 from pathlib import Path
 from typing import get_args
 
@@ -118,6 +119,9 @@ def test_every_resource_has_its_method(service: str, can: bytes) -> None:
         kept = client.import_parallel_grasps(uploaded.id, found.parallel_grasps[:2], name="two")
         assert [one.id for one in client.list_parallel_grasps(uploaded.id)][:2] == [kept.id, found.id]
         assert client.parallel_grasps(uploaded.id, kept.id) == kept
+        document = json.dumps([grasp.model_dump() for grasp in kept.parallel_grasps]).encode()
+        read = client.import_grasp_file(uploaded.id, document, file_format="fingersplit", name="read")
+        assert (read.name, read.parallel_grasps) == ("read", kept.parallel_grasps)
         result = client.plan(can, file_type="off", parallel_grasp_set=kept.id)
         known = [sorted(grasp.contacts) for grasp in kept.parallel_grasps]
         assert all(sorted(grasp.initial.parallel_grasp.contacts) in known for grasp in result.grasps)

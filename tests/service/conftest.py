@@ -59,6 +59,8 @@ class Api:
         with anyio.fail_after(30):
             while (job := await self.job(job_id))["state"] not in states:
                 await anyio.sleep(0.005)
+            if job["state"] != "running":
+                await self.app.state.runtime.dispatcher.released(job_id)  # it may still be recorded
         return job
 
 

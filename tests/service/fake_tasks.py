@@ -14,19 +14,27 @@ from typing import Any
 import numpy as np
 
 from fingersplit_service.findings import Finding
-from fingersplit_service.jobs.tasks import (
-    JobOrder,
-    JobOutcome,
-    Tasks,
-    Warmth,
-    export_mesh,
-    inspect_object,
-)
+from fingersplit_service.jobs.planning import JobOrder, JobOutcome
+from fingersplit_service.jobs.tasks import Tasks, Warmth, export_mesh, import_grasps, inspect_object
 from fingersplit_service.jobs.views import ExportedFile, ViewOrder
 from fingersplit_service.jobs.worker import report_progress
 from fingersplit_service.storage import Storage
 
-FINE, DIES, DIES_ONCE, HANGS, HANGS_ONCE, RAISES, TOO_MUCH_MEMORY, WAITS, NO_GRASP, UNRECORDED, SHORT = range(11)
+(
+    FINE,
+    DIES,
+    DIES_ONCE,
+    HANGS,
+    HANGS_ONCE,
+    RAISES,
+    TOO_MUCH_MEMORY,
+    WAITS,
+    NO_GRASP,
+    UNRECORDED,
+    SHORT,
+    DIES_RECORDING,
+    RECORDED_LATE,
+) = range(13)
 
 HAND = {
     "name": "barrett",
@@ -35,17 +43,22 @@ HAND = {
     "joints": [{"name": "finger1_base", "lower": 0.0, "upper": 2.4}],
 }
 PICTURE = b"\x89PNG\r\n\x1a\n"
+_how: dict[str, int] = {}  # how the jobs go that are still to be recorded
 
 
 def warm() -> Warmth:
     return Warmth([HAND])
 
 
+def warm_and_tell() -> Warmth:
+    """The niceness of the start in place of the hands."""
+    return Warmth([{"niceness": os.getpriority(os.PRIO_PROCESS, threading.get_native_id())}])
+
+
 def plan(storage: Storage, order: JobOrder) -> JobOutcome:
     asked = json.loads(order.request)
     report_progress("splitting", 0.5)
     _go(asked["seed"], storage.root / f"{order.job_id}.first", storage.root / "go")
-    warnings = _record(storage.traces(order.job_id), asked["seed"])
     document = result_document(order.object_id, order.object_name, asked)
     finding = Finding(
         result=json.dumps(document),
@@ -53,14 +66,19 @@ def plan(storage: Storage, order: JobOrder) -> JobOutcome:
         feasible=document["summary"]["feasible"],
         verified=0,
         holding_margin=document["grasps"][0]["metrics"]["holding_margin"],
-        warnings=warnings,
     )
-    return JobOutcome(finding, document["timings_ms"], (True, False), None if warnings else 1)
+    _how[order.job_id] = asked["seed"]
+    return JobOutcome(finding, document["timings_ms"], (True, False), 1, asked["recording"])
 
 
-def _record(traces: Path, how: int) -> list[str]:
+def record(storage: Storage, job_id: str) -> list[str]:
+    how, traces = _how.pop(job_id), storage.traces(job_id)
     if how == UNRECORDED:
         return ["What pictures and recordings need could not be written: No space left on device."]
+    if how == DIES_RECORDING:
+        os.kill(os.getpid(), signal.SIGKILL)
+    while how == RECORDED_LATE and not (storage.root / "go").exists():
+        time.sleep(0.01)
     traces.parent.mkdir(parents=True, exist_ok=True)
     write_traces(traces, [(2, [0.1, 0, 0, 0], [0.0, 1e-3]), (0, [0.2, 0, 0, 0], [2e-3, 0.0])])
     return []
@@ -127,7 +145,9 @@ TASKS = Tasks(
     inspect=inspect_object,
     decompose=decompose,
     generate=generate,
+    import_grasps=import_grasps,
     plan=plan,
+    record=record,
     draw=draw,
     export=export_mesh,
     convert=convert,

@@ -44,5 +44,5 @@ def test_no_request_meets_a_fault_or_an_undocumented_answer(tmp_path, unused_por
 @pytest.mark.campaign
 def test_ten_thousand_requests_in_sequences_meet_no_fault(tmp_path, unused_port, cube):
     with serving(tmp_path / "data", unused_port) as (process, http):
-        assert check(http, tmp_path, cube, 250, "examples,coverage,fuzzing,stateful") > 10_000
+        assert check(http, tmp_path, cube, 320, "examples,coverage,fuzzing,stateful") > 10_000
         assert process.poll() is None

@@ -170,6 +170,7 @@ async def test_grasps_are_a_resource(api):
 
 async def test_a_record_that_cannot_be_written_costs_no_result(api):
     job = await api.ended(await api.queue(UNRECORDED))
+    job = await api.job(job["id"])
     assert (job["state"], len(job["warnings"])) == ("succeeded", 1)
     assert job["result"]["grasps"]
     assert "No space left" in job["warnings"][0]

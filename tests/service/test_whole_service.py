@@ -140,6 +140,18 @@ def test_parallel_grasps_come_from_every_source(client):
     assert len({str(one.parallel_grasps) for one in found.values()}) == 3
 
 
+def test_parallel_grasps_are_found_for_the_friction_of_the_object(client):
+    slippery = client.upload_object(mesh_of("ellipsoid"), file_type="ply", options=ObjectOptions(friction=0.05))
+    rough = client.upload_object(mesh_of("ellipsoid"), file_type="ply", options=ObjectOptions(friction=1.0))
+
+    def found(object_id: str, friction: float | None = None) -> Any:
+        request = ParallelGraspsGenerate(count=16, friction=friction)
+        return client.generate_parallel_grasps(object_id, request).parallel_grasps
+
+    assert found(slippery.id) == found(slippery.id, 0.05) == found(rough.id, 0.05)
+    assert found(rough.id) == found(rough.id, 1.0) != found(slippery.id)
+
+
 def test_a_deleted_object_leaves_no_file(client, data_dir):
     uploaded = client.upload_object(mesh_of("mug"), file_type="ply", options=ObjectOptions(mass=0.2))
     client.mesh(uploaded.id, "stl")

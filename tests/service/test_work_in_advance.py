@@ -7,8 +7,9 @@ from pathlib import Path
 
 import anyio
 import pytest
-from fake_tasks import FINE, HANGS, UNRECORDED, draw
+from fake_tasks import FINE, HANGS, UNRECORDED, draw, warm_and_tell
 
+from fingersplit_service.jobs.engine import Engine
 from fingersplit_service.jobs.views import ViewOrder, best_rank, draw_in_advance
 from fingersplit_service.storage import Storage
 
@@ -94,6 +95,22 @@ async def test_a_service_that_stops_does_not_wait_for_it(start, tmp_path, hold):
     with anyio.fail_after(5):
         await gone(at_work["pid"])
     assert hold.exists()
+
+
+async def test_a_worker_that_starts_while_another_is_there_stays_behind_it():
+    limits = {"memory_bytes": 2**32, "recycle_bytes": 2**30, "warm_deadline_s": 60}
+    engine, told = Engine(1, spares=1, warm=warm_and_tell, **limits), []
+    engine.start()
+    try:
+        with anyio.fail_after(30):
+            for _ in range(2):
+                while engine.warmth is None:
+                    await anyio.sleep(0.005)
+                told.append(engine.warmth.hands[0]["niceness"])
+                engine.warmth = None
+    finally:
+        await engine.stop()
+    assert told == [os.nice(0), max(10, os.nice(0))]
 
 
 async def test_the_newest_is_done_first(start, tmp_path, hold):

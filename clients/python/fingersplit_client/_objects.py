@@ -8,6 +8,8 @@ from pydantic import TypeAdapter
 from fingersplit_client._protocol import Flow, dump, exchange, given, parse, parse_list, quoted
 from fingersplit_client.errors import FingersplitClientError
 from fingersplit_client.schemas import (
+    GraspFormat,
+    ImportedGraspSet,
     ObjectInfo,
     ObjectOptions,
     ObjectPage,
@@ -23,6 +25,7 @@ __all__ = [
     "delete_parallel_grasps",
     "generate_parallel_grasps",
     "get_object",
+    "import_grasp_file",
     "import_parallel_grasps",
     "list_objects",
     "list_parallel_grasps",
@@ -43,17 +46,11 @@ def upload_object(
     viewpoint: Sequence[float] | None = None,
 ) -> Flow[ObjectInfo]:
     """Upload the file of a mesh or point cloud, or its bytes and their type."""
-    if isinstance(mesh, bytes):
-        if file_type is None:
-            raise FingersplitClientError("Bytes do not say what they are: give file_type, such as 'stl' or 'ply'.")
-        stem, suffix, content = "object", f".{file_type.lstrip('.')}", mesh
-    else:
-        path = Path(mesh)
-        stem, suffix, content = (
-            path.stem,
-            f".{file_type.lstrip('.')}" if file_type else path.suffix,
-            path.read_bytes(),
-        )
+    if isinstance(mesh, bytes) and file_type is None:
+        raise FingersplitClientError("Bytes do not say what they are: give file_type, such as 'stl' or 'ply'.")
+    stem, suffix, content = _file(mesh, "object")
+    if file_type:
+        suffix = f".{file_type.lstrip('.')}"
     fields = {} if options is None else {key: str(value) for key, value in given(**options.model_dump()).items()}
     if viewpoint is not None:
         fields["viewpoint"] = ",".join(f"{float(number)!r}" for number in viewpoint)
@@ -101,6 +98,19 @@ def import_parallel_grasps(object_id: str, grasps: Sequence[ParallelGrasp], name
     return parse(ParallelGraspSet, response)
 
 
+def import_grasp_file(
+    object_id: str, file: Path | str | bytes, file_format: GraspFormat | None, name: str
+) -> Flow[ImportedGraspSet]:
+    """Store the parallel grasps in a file."""
+    stem, suffix, content = _file(file, "grasps")
+    arguments = {
+        "data": given(name=name, format=file_format),
+        "files": {"file": (stem + suffix, content, "application/octet-stream")},
+    }
+    response = yield from exchange("POST", f"{_object(object_id)}/parallel-grasps/import", **arguments)
+    return parse(ImportedGraspSet, response)
+
+
 def list_parallel_grasps(object_id: str) -> Flow[list[ParallelGraspSetInfo]]:
     """The sets of an object."""
     response = yield from exchange("GET", f"{_object(object_id)}/parallel-grasps")
@@ -116,6 +126,13 @@ def parallel_grasps(object_id: str, set_id: str) -> Flow[ParallelGraspSet]:
 def delete_parallel_grasps(object_id: str, set_id: str) -> Flow[None]:
     """Delete a set."""
     yield from exchange("DELETE", f"{_object(object_id)}/parallel-grasps/{quoted(set_id)}")
+
+
+def _file(file: Path | str | bytes, name: str) -> tuple[str, str, bytes]:
+    """Name, suffix and content of a file; of bytes the given name."""
+    if isinstance(file, bytes):
+        return name, "", file
+    return Path(file).stem, Path(file).suffix, Path(file).read_bytes()
 
 
 def _object(object_id: str) -> str:

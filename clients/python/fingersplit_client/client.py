@@ -13,7 +13,9 @@ from fingersplit_client.errors import ApiError, ServiceUnreachable
 from fingersplit_client.schemas import (
     Batch,
     Grasp,
+    GraspFormat,
     HandInfo,
+    ImportedGraspSet,
     Job,
     JobCreate,
     JobPage,
@@ -122,6 +124,15 @@ class Client:
     ) -> ParallelGraspSet:
         """Store parallel grasps that were found elsewhere as a set."""
         return self._run(_objects.import_parallel_grasps(object_id, grasps, name))
+
+    def import_grasp_file(
+        self, object_id: str, file: Path | str | bytes, *, file_format: GraspFormat | None = None, name: str = ""
+    ) -> ImportedGraspSet:
+        """Store the parallel grasps in a file that another tool wrote, or in the bytes of one; the best 1024 of them.
+
+        Its content tells the format unless ``file_format`` does, its name that of the set unless ``name`` does.
+        """
+        return self._run(_objects.import_grasp_file(object_id, file, file_format, name))
 
     def list_parallel_grasps(self, object_id: str) -> list[ParallelGraspSetInfo]:
         """The sets of parallel grasps of an object, newest first."""

@@ -58,6 +58,7 @@ class Database:
             sa.event.listen(self.engine, "begin", _begin_immediate)
         else:
             self.engine = sa.create_engine(url, pool_size=1, max_overflow=0, pool_pre_ping=True)
+        self._views = {reads: self.engine.execution_options(reads_only=reads) for reads in (False, True)}
         try:
             upgrade_schema(self.engine)
         except sa.exc.OperationalError as error:
@@ -91,7 +92,7 @@ class Database:
             if self._sqlite is not None and durable is not self._durable:
                 self._sqlite.execute(f"PRAGMA synchronous={'FULL' if durable else 'NORMAL'}")
                 self._durable = durable
-            with self.engine.execution_options(reads_only=reads_only).begin() as connection:
+            with self._views[reads_only].begin() as connection:
                 return function(connection)
         except (sa.exc.OperationalError, sa.exc.InterfaceError, sa.exc.TimeoutError) as error:
             _log.error("The database failed: %s", error.__cause__ or error)

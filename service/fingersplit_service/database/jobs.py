@@ -11,6 +11,20 @@ from fingersplit_service.database.connection import Store, accepting, reading, t
 from fingersplit_service.database.rows import LISTED_COLUMNS, JobRow, NewJob, job_row, one_job
 from fingersplit_service.database.tables import jobs, objects, results
 
+# Statements of every job's way are built once: building one takes longer than SQLite does to run it.
+_COUNT_WAITING = sa.select(sa.func.count()).where(jobs.c.state == "queued")
+_USE_OBJECTS = (
+    sa.update(objects)
+    .where(objects.c.owner == sa.bindparam("of"), objects.c.id.in_(sa.bindparam("wanted", expanding=True)))
+    .returning(objects.c.id, objects.c.name)
+)
+_ADD = sa.insert(jobs).returning(*LISTED_COLUMNS, jobs.c.request, sort_by_parameter_order=True)
+_GET = (
+    sa.select(*LISTED_COLUMNS, jobs.c.request, results.c.document)
+    .outerjoin(results)
+    .where(jobs.c.owner == sa.bindparam("of"), jobs.c.id == sa.bindparam("job"))
+)
+
 __all__ = ["IdempotencyConflict", "JobFilter", "JobStore", "QueueFull", "UnknownObject"]
 
 
@@ -85,7 +99,7 @@ class JobStore(Store):
                 if _request_hash(connection, known.id) != new[0].request_hash:
                     raise IdempotencyConflict(known.id)
                 return [known], False
-        waiting = connection.execute(sa.select(sa.func.count()).where(jobs.c.state == "queued")).scalar_one()
+        waiting = connection.execute(_COUNT_WAITING).scalar_one()
         if waiting + len(new) > longest_queue:
             raise QueueFull(waiting)
         now = time.time()
@@ -101,14 +115,12 @@ class JobStore(Store):
             "created_at": now,
         }
         rows = [shared | asdict(job) | {"object_name": names[job.object_id]} for job in new]
-        insert = sa.insert(jobs).returning(*LISTED_COLUMNS, jobs.c.request, sort_by_parameter_order=True)
-        return [job_row(row) for row in connection.execute(insert, rows).mappings()], True
+        return [job_row(row) for row in connection.execute(_ADD, rows).mappings()], True
 
     @reading
     def get(self, connection: sa.Connection, owner: str, job_id: str) -> tuple[JobRow, str | None] | None:
         """A job and its result document, JSON; None when the owner has no such job."""
-        query = sa.select(*LISTED_COLUMNS, jobs.c.request, results.c.document).outerjoin(results)
-        row = connection.execute(query.where(_is(owner, job_id))).mappings().one_or_none()
+        row = connection.execute(_GET, {"of": owner, "job": job_id}).mappings().one_or_none()
         if row is None:
             return None
         columns = dict(row)
@@ -167,11 +179,8 @@ class JobStore(Store):
 
 def _object_names(connection: sa.Connection, owner: str, new: Sequence[NewJob], now: float) -> dict[str, str]:
     """Names of the jobs' objects, which are marked as used."""
-    wanted = {job.object_id for job in new}
-    which = (objects.c.owner == owner) & objects.c.id.in_(wanted)
-    rows = connection.execute(
-        sa.update(objects).where(which).values(used_at=now).returning(objects.c.id, objects.c.name)
-    )
+    wanted = list({job.object_id for job in new})
+    rows = connection.execute(_USE_OBJECTS, {"of": owner, "wanted": wanted, "used_at": now})
     names = {row[0]: row[1] for row in rows}
     for place, job in enumerate(new):
         if job.object_id not in names:

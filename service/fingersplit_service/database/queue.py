@@ -22,6 +22,27 @@ __all__ = ["Queue"]
 _MAX_WORKER_DEATHS = 2
 _MAX_ATTEMPTS = 10  # a job under which the whole service dies each time must not be taken up for ever
 
+# Statements of every job's way are built once: building one takes longer than SQLite does to run it.
+_WAITING = (
+    sa.select(jobs.c.priority, jobs.c.owner, sa.func.min(jobs.c.number), sa.func.count())
+    .where(jobs.c.state == "queued")
+    .group_by(jobs.c.priority, jobs.c.owner)
+)
+_RUNNING = sa.select(jobs.c.owner, sa.func.count()).where(jobs.c.state == "running").group_by(jobs.c.owner)
+_CLAIM = (
+    sa.update(jobs)
+    .where(jobs.c.number == sa.bindparam("next_job"), jobs.c.state == "queued")
+    .values(state="running", attempts=jobs.c.attempts + 1)  # and what else is given
+    .returning(*LISTED_COLUMNS, jobs.c.request)
+)
+_SUCCEED = (
+    sa.update(jobs)
+    .where(jobs.c.id == sa.bindparam("job_id"), jobs.c.runner == sa.bindparam("mine"), jobs.c.state == "running")
+    .values(state="succeeded", lease_until=None)  # and what else is given
+    .returning(*LISTED_COLUMNS, jobs.c.request)
+)
+_KEEP = sa.insert(results)
+
 
 class Queue(Store):
     """Jobs as their runner sees them.
@@ -30,11 +51,15 @@ class Queue(Store):
         database: Where they are.
         runner: Name of this service process.
         lease_s: How long a job stays with a process that does not say that it lives [s].
+
+    Attributes:
+        more: Whether jobs were left in the queue when one was claimed last.
     """
 
     def __init__(self, database: Database, runner: str, lease_s: float) -> None:
         super().__init__(database)
         self._runner, self._lease_s = runner, lease_s
+        self.more = False
         self._served: dict[str, int] = {}
         self._turns = 0
 
@@ -49,15 +74,8 @@ class Queue(Store):
         if next_job is None:
             return None
         now = time.time()
-        changes = {
-            "state": "running",
-            "attempts": jobs.c.attempts + 1,
-            "started_at": now,
-            "runner": self._runner,
-            "lease_until": now + self._lease_s,
-        }
-        update = sa.update(jobs).where(jobs.c.number == next_job, jobs.c.state == "queued").values(changes)
-        row = connection.execute(update.returning(*LISTED_COLUMNS, jobs.c.request)).mappings().one_or_none()
+        changes = {"started_at": now, "runner": self._runner, "lease_until": now + self._lease_s}
+        row = connection.execute(_CLAIM, {"next_job": next_job} | changes).mappings().one_or_none()
         if row is None:
             return None  # another process was faster
         self._turns += 1
@@ -65,35 +83,40 @@ class Queue(Store):
         return job_row(row)
 
     def _next(self, connection: sa.Connection) -> int | None:
-        queued = jobs.c.state == "queued"
-        top = sa.select(sa.func.max(jobs.c.priority)).where(queued).scalar_subquery()
-        oldest = sa.select(jobs.c.owner, sa.func.min(jobs.c.number)).where(queued, jobs.c.priority == top)
-        waiting = connection.execute(oldest.group_by(jobs.c.owner)).all()
-        if len(waiting) <= 1:
-            return waiting[0][1] if waiting else None
-        query = sa.select(jobs.c.owner, sa.func.count()).where(jobs.c.state == "running").group_by(jobs.c.owner)
-        running = {row[0]: row[1] for row in connection.execute(query)}
-        owners = {owner: (running.get(owner, 0), self._served.get(owner, 0)) for owner, _ in waiting}
-        number: int = min(waiting, key=lambda candidate: (*owners[candidate[0]], candidate[1]))[1]
-        return number
+        groups = connection.execute(_WAITING).all()
+        self.more = sum(count for *_, count in groups) > 1
+        top = max((priority for priority, *_ in groups), default=None)
+        oldest: dict[str, int] = {owner: number for priority, owner, number, _ in groups if priority == top}
+        if len(oldest) <= 1:
+            return next(iter(oldest.values()), None)
+        running = {row[0]: row[1] for row in connection.execute(_RUNNING)}
+        return min((running.get(owner, 0), self._served.get(owner, 0), number) for owner, number in oldest.items())[2]
 
     @transaction
-    def succeed(self, connection: sa.Connection, job_id: str, finding: Finding) -> bool:
-        """Keep a running job's result; False when it does not run any more."""
+    def succeed(self, connection: sa.Connection, job_id: str, finding: Finding) -> JobRow | None:
+        """Keep a running job's result; the job as it has ended, None when it does not run any more."""
         changes = {
-            "state": "succeeded",
             "grasps": finding.grasps,
             "feasible": finding.feasible,
             "verified": finding.verified,
             "holding_margin": finding.holding_margin,
             "warnings": json.dumps(list(finding.warnings)),
             "finished_at": time.time(),
-            "lease_until": None,
         }
-        if _move(connection, self._mine(job_id), "running", changes) is None:
-            return False
-        connection.execute(sa.insert(results).values(job_id=job_id, document=finding.result))
-        return True
+        which = {"job_id": job_id, "mine": self._runner}
+        row = connection.execute(_SUCCEED, which | changes).mappings().one_or_none()
+        if row is None:
+            return None
+        connection.execute(_KEEP, {"job_id": job_id, "document": finding.result})
+        return job_row(row)
+
+    @transaction
+    def warn(self, connection: sa.Connection, job_id: str, warnings: Sequence[str]) -> None:
+        """Add to what went wrong beside the result of a job that has succeeded."""
+        known = connection.execute(sa.select(jobs.c.warnings).where(jobs.c.id == job_id)).scalar()
+        if known is not None:  # else it was deleted meanwhile
+            told = json.dumps([*json.loads(known), *warnings])
+            connection.execute(sa.update(jobs).where(jobs.c.id == job_id).values(warnings=told))
 
     @transaction
     def fail(self, connection: sa.Connection, job_id: str, error: JobError) -> None:

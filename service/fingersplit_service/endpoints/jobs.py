@@ -19,6 +19,7 @@ from fingersplit_service.endpoints.documents import (
     summarize,
 )
 from fingersplit_service.endpoints.orders import IdempotencyKey, Prefer, accept, order, wait_seconds
+from fingersplit_service.jobs.watch import Change
 from fingersplit_service.openapi import problem_answers
 from fingersplit_service.problems import ProblemKind
 from fingersplit_service.runtime import Runtime, RuntimeDependency
@@ -86,8 +87,8 @@ async def create_job(
         headers = {"Location": f"{PATH}/{row.id}"}
         if not fresh:
             headers["Idempotent-Replayed"] = "true"
-        elif seconds and await watcher.end(seconds):
-            return await _answer(runtime, principal, row.id, seconds, headers)
+        elif seconds and (end := await watcher.end(seconds)):
+            return await _answer(runtime, principal, row.id, seconds, headers, end)
     if fresh:
         return json_response(job_document(runtime, row, None), 202, headers | _applied(seconds))
     return await _wait(runtime, principal, row.id, seconds, headers)
@@ -184,14 +185,15 @@ async def _wait(
         row, result = await known_job(runtime, principal, job_id)
         if row.ended or not seconds:
             return json_response(job_document(runtime, row, result), headers=headers | _applied(seconds))
-        await watcher.end(seconds)
-    return await _answer(runtime, principal, job_id, seconds, headers)
+        end = await watcher.end(seconds)
+    return await _answer(runtime, principal, job_id, seconds, headers, end)
 
 
 async def _answer(
-    runtime: Runtime, principal: Principal, job_id: str, seconds: float, headers: dict[str, str]
+    runtime: Runtime, principal: Principal, job_id: str, seconds: float, headers: dict[str, str], end: Change | None
 ) -> Response:
-    row, result = await known_job(runtime, principal, job_id)
+    """The job as it ended, or as it is now."""
+    row, result = (end and end.outcome) or await known_job(runtime, principal, job_id)
     status = 200 if row.ended else 202
     return json_response(job_document(runtime, row, result), status, headers | _applied(seconds))
 

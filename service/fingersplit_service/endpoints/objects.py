@@ -2,9 +2,7 @@
 
 import asyncio
 import math
-import shutil
 from datetime import UTC, datetime
-from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from fastapi import APIRouter, Depends, File, Form, Query, Response, UploadFile
@@ -15,7 +13,7 @@ from fingersplit.objects.options import ObjectOptions as CoreOptions
 from fingersplit_client.schemas import CloudReport, IntakeReport, ObjectInfo, ObjectOptions, ObjectPage, Unit, Vector3
 from fingersplit_client.schemas.resources import Density, Fairing, Friction, Mass
 from fingersplit_service.endpoints.documents import Cursor, Limit, ObjectId, known_object, next_cursor, place
-from fingersplit_service.jobs.engine import DeadlineExceeded, WorkerDied
+from fingersplit_service.endpoints.uploads import PRINTABLE, read_by_worker, staged, stem, suffix
 from fingersplit_service.jobs.tasks import Upload
 from fingersplit_service.openapi import problem_answers
 from fingersplit_service.problems import ProblemError, ProblemKind
@@ -26,7 +24,6 @@ __all__ = ["PATH", "router"]
 
 PATH = "/v1/objects"
 router = APIRouter(tags=["objects"])
-_PRINTABLE = r"^[^\x00-\x1f\x7f]*$"
 
 _KNOWN_ALREADY: dict[int | str, dict[str, Any]] = {
     200: {
@@ -105,7 +102,7 @@ async def upload_object(
     viewpoint: Annotated[Vector3 | None, Depends(_viewpoint)],
     unit: Annotated[Unit, Form(description="Length unit of the file.")] = "m",
     name: Annotated[
-        str, Form(description="Name for people; by default that of the file.", max_length=200, pattern=_PRINTABLE)
+        str, Form(description="Name for people; by default that of the file.", max_length=200, pattern=PRINTABLE)
     ] = "",
 ) -> ObjectInfo:
     """Check a mesh or a point cloud and keep it. The object frame is the frame of the file; all is converted to metres.
@@ -113,22 +110,15 @@ async def upload_object(
     A worker process reads the file and prepares the object. What it repaired stands in the report; what cannot be a
     graspable object is refused, with the fault's short name in `code`.
     """
-    filename = Path(file.filename or "object")
-    suffix = filename.suffix.lower()
-    if not (suffix[1:].isascii() and suffix[1:].isalnum()):
+    if not suffix(file):
         raise ProblemError(
             ProblemKind.UNKNOWN_FORMAT,
             f"The file's name, {file.filename!r}, has no suffix that says its format.",
             field="/file",
         )
-    upload = Upload(runtime.storage.staged(suffix), unit, described.model_dump(), viewpoint)
-    try:
-        await asyncio.to_thread(_save, file, upload.path)
-        found = await _inspect(runtime, upload)
-    finally:
-        upload.path.unlink(missing_ok=True)
-    name = name or "".join(letter for letter in filename.stem if letter.isprintable())[:200]
-    info = ObjectInfo(name=name, unit=unit, created_at=datetime.now(UTC), **found)
+    async with staged(runtime, file) as path:
+        found = await _inspect(runtime, Upload(path, unit, described.model_dump(), viewpoint))
+    info = ObjectInfo(name=name or stem(file), unit=unit, created_at=datetime.now(UTC), **found)
     if not await runtime.objects.add(principal.owner, info):
         response.status_code = 200
         info = ObjectInfo.model_validate_json(await known_object(runtime, principal, info.id))
@@ -205,24 +195,12 @@ async def delete_object(runtime: RuntimeDependency, principal: Planner, object_i
     return Response(status_code=204)
 
 
-def _save(file: UploadFile, path: Path) -> None:
-    with path.open("wb") as target:
-        shutil.copyfileobj(file.file, target, length=1 << 20)
-
-
 async def _inspect(runtime: Runtime, upload: Upload) -> dict[str, Any]:
-    """What a worker says of an uploaded file; a file it cannot digest is the sender's fault, not ours."""
-    deadline = runtime.settings.inspection_deadline_s
+    """What a worker says of an uploaded file."""
     try:
-        return await runtime.engine.answer(runtime.tasks.inspect, runtime.storage, upload, deadline_s=deadline)
+        return await read_by_worker(runtime, ProblemKind.INVALID_MESH, runtime.tasks.inspect, upload)
     except MeshError as error:
         if error.code == "needless_viewpoint":
             raise ProblemError(ProblemKind.INVALID_REQUEST, str(error), field="/viewpoint", code=error.code) from error
         kind = ProblemKind.UNKNOWN_FORMAT if error.code == "unknown_format" else ProblemKind.INVALID_MESH
         raise ProblemError(kind, str(error), field="/file", code=error.code) from error
-    except DeadlineExceeded as error:
-        detail = f"Checking the file took longer than {deadline:g} s; simplify it."
-        raise ProblemError(ProblemKind.INVALID_MESH, detail, field="/file", code="too_complex") from error
-    except (MemoryError, WorkerDied) as error:
-        detail = "Checking the file took more memory than a worker may have; simplify it."
-        raise ProblemError(ProblemKind.INVALID_MESH, detail, field="/file", code="too_complex") from error

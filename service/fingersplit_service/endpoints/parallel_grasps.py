@@ -1,14 +1,17 @@
 """Parallel grasps of an object: have them found, bring your own, list."""
 
+import json
 from datetime import UTC, datetime
 from typing import Annotated, Any, Literal
 from uuid import uuid4
 
-from fastapi import APIRouter, Path, Response
+from fastapi import APIRouter, File, Form, Path, Response, UploadFile
 from pydantic import TypeAdapter
 
-from fingersplit.errors import FingersplitError
+from fingersplit.errors import FingersplitError, ParallelGraspError
 from fingersplit_client.schemas import (
+    GraspFormat,
+    ImportedGraspSet,
     ParallelGrasp,
     ParallelGraspsCreate,
     ParallelGraspSet,
@@ -17,12 +20,14 @@ from fingersplit_client.schemas import (
 )
 from fingersplit_service.endpoints.documents import ObjectId, known_object
 from fingersplit_service.endpoints.orders import check_grasps
+from fingersplit_service.endpoints.uploads import PRINTABLE, read_by_worker, staged, stem
+from fingersplit_service.jobs.tasks import GraspFile
 from fingersplit_service.openapi import problem_answers
 from fingersplit_service.problems import ProblemError, ProblemKind
 from fingersplit_service.runtime import Runtime, RuntimeDependency
 from fingersplit_service.security.access import Planner, Principal, Reader
 
-__all__ = ["router"]
+__all__ = ["PATH", "router"]
 
 PATH = "/v1/objects/{object_id}/parallel-grasps"
 router = APIRouter(tags=["objects"])
@@ -80,6 +85,50 @@ async def import_grasps(
     await known_object(runtime, principal, object_id)
     check_grasps(given.parallel_grasps)
     return await _keep(runtime, principal, response, object_id, "imported", given.name, given.parallel_grasps)
+
+
+@router.post(
+    PATH + "/import",
+    status_code=201,
+    summary="Bring the parallel grasps in a file",
+    responses=_PROBLEMS,
+)
+async def import_file(
+    runtime: RuntimeDependency,
+    principal: Planner,
+    object_id: ObjectId,
+    response: Response,
+    file: Annotated[
+        UploadFile,
+        File(
+            description="Dex-Net, ACRONYM, GraspGen, Isaac grasp, graspnetAPI or our own JSON, in the object's frame."
+        ),
+    ],
+    file_format: Annotated[
+        GraspFormat | None, Form(alias="format", description="Which of these it is; by default its content tells.")
+    ] = None,
+    name: Annotated[
+        str, Form(description="Name for people; by default that of the file.", max_length=200, pattern=PRINTABLE)
+    ] = "",
+) -> ImportedGraspSet:
+    """Keep the parallel grasps in a file as a set; where it holds grippers, their jaws are closed on the object."""
+    known = json.loads(await known_object(runtime, principal, object_id))
+    try:
+        async with staged(runtime, file) as path:
+            found, message = await read_by_worker(
+                runtime,
+                ProblemKind.INVALID_REQUEST,
+                runtime.tasks.import_grasps,
+                object_id,
+                known["name"],
+                GraspFile(path, stem(file), file_format),
+                object_id=object_id,
+            )
+    except ParallelGraspError as error:
+        raise ProblemError(ProblemKind.INVALID_REQUEST, str(error), field="/file") from error
+    grasps = _GRASPS.validate_python(found)
+    kept = await _keep(runtime, principal, response, object_id, "imported", name or stem(file), grasps)
+    return ImportedGraspSet(message=message, **dict(kept))
 
 
 @router.get(PATH, summary="List the sets", responses=_PROBLEMS)

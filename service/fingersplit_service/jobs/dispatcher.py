@@ -4,7 +4,7 @@ import asyncio
 import logging
 import time
 from collections.abc import Awaitable, Callable
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from typing import NoReturn, TypeVar
 
 from fingersplit.errors import FingersplitError
@@ -13,7 +13,8 @@ from fingersplit_service.database.connection import StorageUnavailable
 from fingersplit_service.database.queue import Queue
 from fingersplit_service.database.rows import JobRow
 from fingersplit_service.jobs.engine import DeadlineExceeded, Engine, Priority, Turn, WorkerDied
-from fingersplit_service.jobs.tasks import JobOrder, JobOutcome, Tasks
+from fingersplit_service.jobs.planning import JobOrder, JobOutcome
+from fingersplit_service.jobs.tasks import Tasks
 from fingersplit_service.jobs.views import ViewOrder, draw_in_advance
 from fingersplit_service.jobs.watch import Progress, Watch
 from fingersplit_service.jobs.worker import Report
@@ -28,8 +29,17 @@ __all__ = ["Dispatcher"]
 _log = logging.getLogger(__name__)
 _RETRY, _LONGEST_RETRY = 0.1, 5.0  # pauses between attempts to write to the database [s]
 _KEPT_LATE = "The database could not be written when the job ended; its result was kept later."
+_NOT_RECORDED = "The worker met a fault while it wrote what pictures and recordings need; there will be none."
 
 Returned = TypeVar("Returned")
+
+
+@dataclass(frozen=True)
+class _Running:
+    """A job that has a worker."""
+
+    turn: Turn
+    released: asyncio.Event = field(default_factory=asyncio.Event)
 
 
 class Dispatcher:
@@ -56,10 +66,10 @@ class Dispatcher:
         tasks: Tasks,
     ) -> None:
         self._queue, self._storage, self._engine, self._watch, self._metrics = queue, storage, engine, watch, metrics
-        self._settings, self._plan, self._draw = settings, tasks.plan, tasks.draw
+        self._settings, self._work = settings, tasks
         self._tasks = list[asyncio.Task[NoReturn]]()
-        self._turns: dict[str, Turn] = {}
-        self._wake, self._idle = asyncio.Event(), asyncio.Event()
+        self._running: dict[str, _Running] = {}
+        self._unseen, self._idle = asyncio.Semaphore(0), asyncio.Event()
         self._stopping = False
         self._idle.set()
 
@@ -76,34 +86,41 @@ class Dispatcher:
         try:
             await asyncio.wait_for(self._idle.wait(), self._settings.stop_grace_s)
         except TimeoutError:
-            _log.info("%d running jobs go back to the queue.", len(self._turns))
+            _log.info("%d running jobs go back to the queue.", len(self._running))
         for task in self._tasks:
             task.cancel()
         await asyncio.gather(*self._tasks, return_exceptions=True)
 
     def wake(self) -> None:
-        """Say that a job was queued."""
-        self._wake.set()
+        """Say that a job was queued: one who runs jobs looks, and if there are more, the next one does."""
+        if self._unseen.locked():
+            self._unseen.release()
 
     def interrupt(self, job_id: str) -> None:
         """Free the core of a job that was cancelled, at once, whatever its worker does."""
-        turn = self._turns.get(job_id)
-        if turn is not None:
-            turn.worker.kill()
+        running = self._running.get(job_id)
+        if running is not None:
+            running.turn.worker.kill()
+
+    async def released(self, job_id: str) -> None:
+        """Wait until no worker has to do with a job any more: one that has ended may still be recorded."""
+        running = self._running.get(job_id)
+        if running is not None:
+            await running.released.wait()
 
     async def _run_jobs(self) -> NoReturn:
         while True:
-            await self._wake.wait()
+            await self._unseen.acquire()  # before looking: a job that is queued meanwhile is looked for again
             if self._stopping:
                 await asyncio.Event().wait()  # for the end of this task
             async with self._engine.worker(Priority.JOB) as turn:
                 if self._stopping:
                     continue
-                self._wake.clear()  # before looking: a job that is queued meanwhile sets it again
                 try:
                     job = await self._queue.claim()
+                    if self._queue.more:
+                        self.wake()
                     if job is not None:
-                        self.wake()  # there may be more
                         await self._run(turn, job)
                 except StorageUnavailable:
                     asyncio.get_running_loop().call_later(_RETRY, self.wake)
@@ -111,7 +128,7 @@ class Dispatcher:
                     _log.exception("A job could not be taken up or ended.")
 
     async def _run(self, turn: Turn, job: JobRow) -> None:
-        self._turns[job.id] = turn
+        running = self._running[job.id] = _Running(turn)
         self._idle.clear()
         try:
             with log_context(job_id=job.id), span("job", job_id=job.id, object_id=job.object_id, hand=job.hand):
@@ -120,8 +137,9 @@ class Dispatcher:
                 turn.prefer(job.object_id)
                 await self._attempt(turn, job)
         finally:
-            del self._turns[job.id]
-            if not self._turns:
+            del self._running[job.id]
+            running.released.set()
+            if not self._running:
                 self._idle.set()
 
     async def _attempt(self, turn: Turn, job: JobRow) -> None:
@@ -131,7 +149,11 @@ class Dispatcher:
         order = JobOrder(job.id, job.object_id, job.object_name, job.request, deadline)
         try:
             outcome = await turn.worker.run(
-                self._plan, self._storage, order, deadline_s=deadline, on_report=lambda report: self._note(job, report)
+                self._work.plan,
+                self._storage,
+                order,
+                deadline_s=deadline,
+                on_report=lambda report: self._note(job, report),
             )
         except WorkerDied:
             _log.warning("Job %s: its worker died.", job.id)
@@ -148,23 +170,42 @@ class Dispatcher:
             await _insist(lambda _late: self._queue.fail(job.id, reason))
             self._ended(job, "failed")
         else:
-            await self._keep(job, outcome)
             self._metrics.ran.observe(time.monotonic() - began)
+            if await self._keep(job, outcome) and outcome.unrecorded:
+                await self._record(turn, job, outcome.pictured)
 
-    async def _keep(self, job: JobRow, outcome: JobOutcome) -> None:
-        async def keep(late: bool) -> bool:
+    async def _keep(self, job: JobRow, outcome: JobOutcome) -> bool:
+        """Keep a result and tell of it; False for a job that somebody ended or deleted meanwhile."""
+
+        async def keep(late: bool) -> JobRow | None:
             warnings = (*outcome.finding.warnings, *([_KEPT_LATE] if late else []))
             return await self._queue.succeed(job.id, replace(outcome.finding, warnings=warnings))
 
-        if await _insist(keep):
-            self._metrics.observe_result(outcome)
-            self._ended(job, "succeeded")
-            if outcome.pictured is not None:  # for the lists, once nobody waits any more
-                order = ViewOrder("thumbnail.webp", job.id, outcome.pictured, job.object_id, job.object_name, None)
-                deadline = self._settings.picture_deadline_s
-                self._engine.run_idly(draw_in_advance, self._draw, self._storage, order, deadline_s=deadline)
+        kept = await _insist(keep)
+        if kept is None:
+            return False
+        self._ended(job, "succeeded", (kept, outcome.finding.result))
+        self._metrics.observe_result(outcome)
+        return True
 
-    def _ended(self, job: JobRow, state: str) -> None:
+    async def _record(self, turn: Turn, job: JobRow, pictured: int | None) -> None:
+        """Have the worker write what pictures need, while the answer is on its way and another has the next job."""
+        deadline = self._settings.picture_deadline_s
+        try:
+            warnings = await turn.worker.run(self._work.record, self._storage, job.id, deadline_s=deadline)
+        except WorkerDied:
+            _log.warning("Job %s was not recorded: its worker died.", job.id)
+            warnings = [_NOT_RECORDED]
+        except Exception:
+            _log.exception("Job %s could not be recorded.", job.id)
+            warnings = [_NOT_RECORDED]
+        if warnings:
+            await _insist(lambda _late: self._queue.warn(job.id, warnings))
+        elif pictured is not None:  # for the lists, once nobody waits any more
+            order = ViewOrder("thumbnail.webp", job.id, pictured, job.object_id, job.object_name, None)
+            self._engine.run_idly(draw_in_advance, self._work.draw, self._storage, order, deadline_s=deadline)
+
+    def _ended(self, job: JobRow, state: str, outcome: tuple[JobRow, str] | None = None) -> None:
         """Tell of a job's new state, unless somebody cancelled it, which was told then."""
         if self._watch.latest(job.id) is None:
             return
@@ -173,7 +214,7 @@ class Dispatcher:
             self._watch.tell(job.id, "queued")
             return
         self._metrics.ended.labels(state).inc()
-        self._watch.tell(job.id, "failed" if state == "failed" else "succeeded")
+        self._watch.tell(job.id, "failed" if state == "failed" else "succeeded", outcome=outcome)
 
     def _note(self, job: JobRow, report: Report) -> None:
         if self._watch.latest(job.id) is not None:
@@ -184,8 +225,8 @@ class Dispatcher:
         while True:
             await asyncio.sleep(self._settings.lease_s / 3)
             try:
-                if self._turns:
-                    await self._queue.extend_leases(list(self._turns))
+                if self._running:
+                    await self._queue.extend_leases(list(self._running))
                 if await self._queue.take_up(alone=False):
                     self.wake()
             except StorageUnavailable:

@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 
 from fingersplit_service.jobs.slot import DeadlineExceeded, ReportHandler, WorkerDied, WorkerSlot
 from fingersplit_service.jobs.tasks import Warmth
-from fingersplit_service.jobs.worker import execute_idly
+from fingersplit_service.jobs.worker import execute_behind
 
 __all__ = ["DeadlineExceeded", "Engine", "Priority", "ReportHandler", "Turn", "WorkerDied"]
 
@@ -21,6 +21,8 @@ Returned = TypeVar("Returned")
 _log = logging.getLogger(__name__)
 _LONGEST_PAUSE = 30.0  # between attempts to start a worker [s]
 _REMEMBERED_OBJECTS = 8  # that a worker is taken to have ready
+_NICE_IDLING = 19  # work in advance takes what nobody else wants
+_NICE_STARTING = 10  # a worker that starts while others work gets at least a tenth of a core
 _MOST_IDLE_WORK = 200  # that waits; older work is forgotten
 
 
@@ -105,6 +107,11 @@ class Engine:
     def warm_workers(self) -> int:
         """Number of workers that are warm, busy or not, spare ones not counted."""
         return min(len(self._warm_slots), self._workers)
+
+    @property
+    def spare_workers(self) -> int:
+        """Number of workers that are warm beyond those."""
+        return max(0, len(self._warm_slots) - self._workers)
 
     @property
     def busy_workers(self) -> int:
@@ -196,7 +203,7 @@ class Engine:
         self, turn: Turn, function: Callable[..., Any], arguments: tuple[Any, ...], deadline_s: float
     ) -> None:
         try:
-            await turn.worker.run(execute_idly, function, *arguments, deadline_s=deadline_s)
+            await turn.worker.run(execute_behind, _NICE_IDLING, function, *arguments, deadline_s=deadline_s)
         except Exception as error:
             _log.warning("%s was given up: %r", function.__name__, error)
         finally:
@@ -210,7 +217,8 @@ class Engine:
         while True:
             try:
                 slot.start()
-                warmth = await slot.run(self._warm, deadline_s=self._warm_deadline_s)
+                niceness = _NICE_STARTING if self._warm_slots else 0
+                warmth = await slot.run(execute_behind, niceness, self._warm, deadline_s=self._warm_deadline_s)
             except Exception:
                 _log.exception("A worker process did not start; next attempt in %g s.", pause)
                 await slot.discard()

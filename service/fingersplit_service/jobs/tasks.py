@@ -4,22 +4,17 @@ The planner is imported inside the functions, so that only workers load it: the 
 and starts fast. What goes in and comes out is plain and small; meshes and traces travel as files.
 """
 
-import json
+import gc
 import sys
-import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from fingersplit_service.findings import Finding
+from fingersplit_service.jobs.planning import JobOrder, JobOutcome, plan_job, record_job
 from fingersplit_service.jobs.stored_objects import convex_pieces, keep_object, planner_settings, prepared_object
-from fingersplit_service.jobs.views import DrawTask, ExportedFile, best_rank, convert_result, draw_view
-from fingersplit_service.jobs.worker import report_progress
+from fingersplit_service.jobs.views import DrawTask, ExportedFile, convert_result, draw_view
 from fingersplit_service.storage import Storage
-
-if TYPE_CHECKING:
-    from fingersplit.plan import Plan
 
 __all__ = [
     "ConvertTask",
@@ -27,10 +22,11 @@ __all__ = [
     "DrawTask",
     "ExportTask",
     "GenerateTask",
+    "GraspFile",
+    "ImportTask",
     "InspectTask",
-    "JobOrder",
-    "JobOutcome",
     "PlanTask",
+    "RecordTask",
     "Tasks",
     "Upload",
     "WarmTask",
@@ -38,14 +34,12 @@ __all__ = [
     "decompose_object",
     "export_mesh",
     "generate_parallel_grasps",
+    "import_grasps",
     "inspect_object",
-    "keep_recording",
-    "plan_job",
-    "verify_plan",
     "warm",
 ]
 
-_SHARE_OF_DEADLINE = 0.8  # after which nothing more is verified, so that the worker is not killed with its results
+_MOST_GRASPS = 1024  # of one set
 
 
 @dataclass(frozen=True)
@@ -74,31 +68,12 @@ class Upload:
 
 
 @dataclass(frozen=True)
-class JobOrder:
-    """A job for a worker: its object, the ``JobCreate`` document, and when the worker will be killed [s]."""
+class GraspFile:
+    """An uploaded file of parallel grasps: where it is, what its sender calls it, its format if that was said."""
 
-    job_id: str
-    object_id: str
-    object_name: str
-    request: str
-    deadline_s: float
-
-
-@dataclass(frozen=True)
-class JobOutcome:
-    """A finished job.
-
-    Attributes:
-        finding: What to keep.
-        stage_ms: Time by stage [ms], for the metrics.
-        simulated: Whether each simulation held, for the metrics.
-        pictured: Rank of the grasp whose picture stands for the run; None when there can be none.
-    """
-
-    finding: Finding
-    stage_ms: dict[str, float] = field(default_factory=dict)
-    simulated: tuple[bool, ...] = ()
-    pictured: int | None = None
+    path: Path
+    name: str
+    format: str | None
 
 
 def warm() -> Warmth:
@@ -109,6 +84,7 @@ def warm() -> Warmth:
     hands = [load_hand(name) for name in available_hands()]
     for hand in hands:
         compile_kernels(hand)
+    gc.freeze()  # going through all that was loaded would take 0.2 s, in the middle of a job
     return Warmth([hand.to_document() for hand in hands], _has_compiled())
 
 
@@ -161,90 +137,40 @@ def generate_parallel_grasps(storage: Storage, object_id: str, asked: dict[str, 
     from fingersplit.hands.hand import load_hand
     from fingersplit.parallel_grasps.sources import find_parallel_grasps
 
+    model = prepared_object(storage, object_id, object_id)
+    said = {} if asked["friction"] is None else {"friction": asked["friction"]}
     grasps = find_parallel_grasps(
-        prepared_object(storage, object_id, object_id),
+        model,
         2 * asked["count"],  # a pair is two starts, one for either assignment of the fingers
         source=asked["source"],
-        friction=asked["friction"],
+        friction=planner_settings(model, said).friction,
         opening=load_hand(asked["hand"]).gripper.opening,
         rng=np.random.default_rng(asked["seed"]),
     )
     return [grasp.to_document() for grasp in grasps]
 
 
-def plan_job(storage: Storage, order: JobOrder) -> JobOutcome:
-    """Plan what a job asks for, verify what it wants verified, and keep the traces for its pictures."""
-    from fingersplit.hands.hand import load_hand
-    from fingersplit.parallel_grasps.parallel_grasp import ParallelGrasp
-    from fingersplit.planning import plan
+def import_grasps(
+    storage: Storage, object_id: str, object_name: str, file: GraspFile
+) -> tuple[list[dict[str, Any]], str]:
+    """Read parallel grasps of an object from a file.
 
-    asked = json.loads(order.request)
-    time_to_verify = time.monotonic() + _SHARE_OF_DEADLINE * order.deadline_s
-    report_progress("preparing", 0.0)
-    model = prepared_object(storage, order.object_id, order.object_name)
-    settings = planner_settings(model, asked["planner"])
-    grasps = asked["parallel_grasps"]
-    planned = plan(
-        model,
-        load_hand(asked["hand"]),
-        None if grasps is None else [ParallelGrasp.from_document(grasp) for grasp in grasps],
-        source=asked.get("source", "antipodal"),  # which jobs that an older version queued do not name
-        starts=asked["starts"],
-        seed=asked["seed"],
-        top_k=asked["top_k"],
-        settings=settings,
-        progress=report_progress,
-    )
-    if asked["verified"]:
-        planned = verify_plan(storage, order.object_id, planned, asked, settings.friction, time_to_verify)
-    document = planned.to_document()
-    result = json.dumps(document, allow_nan=False, separators=(",", ":"))
-    warnings = keep_recording(storage, order.job_id, planned, result) if asked["recording"] else []
-    ranked = document["grasps"]
-    simulated = tuple(grasp["verification"]["passed"] for grasp in ranked if grasp["verification"])
-    finding = Finding(
-        result=result,
-        grasps=len(ranked),
-        feasible=document["summary"]["feasible"],
-        verified=sum(simulated),
-        holding_margin=ranked[0]["metrics"]["holding_margin"] if ranked else None,
-        warnings=warnings,
-    )
-    pictured = best_rank(ranked) if asked["recording"] and not warnings else None
-    return JobOutcome(finding, document["timings_ms"], simulated, pictured)
+    Returns:
+        The best of them as documents, and a sentence on what the file held.
 
-
-def verify_plan(
-    storage: Storage, object_id: str, planned: "Plan", asked: dict[str, Any], friction: float, until: float
-) -> "Plan":
-    """Simulate ranked grasps until as many have held as the job asks for, or the monotonic clock says ``until``."""
-    from fingersplit.proving import prove
-
-    report_progress("convex_pieces", 0.0)
-    pieces = convex_pieces(storage, object_id)
-    report_progress("verifying", 0.0)
-    return prove(
-        planned,
-        pieces,
-        verified=asked["verified"],
-        protocol=asked["protocol"],
-        controller=asked["controller"],
-        friction=friction,
-        deadline=max(0.0, until - time.monotonic()),
-        initial=asked["verify_initial"],
-    )
-
-
-def keep_recording(storage: Storage, job_id: str, planned: "Plan", result: str) -> list[str]:
-    """Write what pictures of the grasps need; what went wrong, in sentences, where that cannot be."""
-    from fingersplit.recording.traces_file import save_traces
+    Raises:
+        ParallelGraspError: The file is not what it should be, or none of its grasps meets the object.
+    """
+    from fingersplit.errors import ParallelGraspError
+    from fingersplit.parallel_grasps.importers import import_parallel_grasps
 
     try:
-        with storage.atomic(storage.traces(job_id), durable=False) as staged:
-            save_traces(planned, result, staged)
-    except OSError as error:
-        return [f"What pictures and recordings need could not be written: {error.strerror}."]
-    return []
+        found = import_parallel_grasps(file.path, prepared_object(storage, object_id, object_name), file.format)
+    except ParallelGraspError as error:
+        raise ParallelGraspError(str(error).replace(str(file.path), file.name)) from None
+    kept = [grasp.to_document() for grasp in found.grasps[:_MOST_GRASPS]]
+    left = f" The best {_MOST_GRASPS} were kept." if len(found.grasps) > _MOST_GRASPS else ""
+    return kept, found.message + left
 
 
 def export_mesh(storage: Storage, object_id: str, file_type: str) -> None:
@@ -256,8 +182,10 @@ def export_mesh(storage: Storage, object_id: str, file_type: str) -> None:
 WarmTask = Callable[[], Warmth]
 InspectTask = Callable[[Storage, Upload], dict[str, Any]]
 DecomposeTask = Callable[[Storage, str], None]
+ImportTask = Callable[[Storage, str, str, GraspFile], tuple[list[dict[str, Any]], str]]
 GenerateTask = Callable[[Storage, str, dict[str, Any]], list[dict[str, Any]]]
 PlanTask = Callable[[Storage, JobOrder], JobOutcome]
+RecordTask = Callable[[Storage, str], list[str]]
 ConvertTask = Callable[[str, str, int | None], ExportedFile]
 ExportTask = Callable[[Storage, str, str], None]
 
@@ -270,7 +198,9 @@ class Tasks:
     inspect: InspectTask = inspect_object
     decompose: DecomposeTask = decompose_object
     generate: GenerateTask = generate_parallel_grasps
+    import_grasps: ImportTask = import_grasps
     plan: PlanTask = plan_job
+    record: RecordTask = record_job
     draw: DrawTask = draw_view
     export: ExportTask = export_mesh
     convert: ConvertTask = convert_result

@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
 from fingersplit_client.schemas import JobState
+from fingersplit_service.database.rows import JobRow
 
 __all__ = ["Change", "Progress", "Watch", "Watcher"]
 
@@ -28,11 +29,13 @@ class Change:
         state: The state it has now.
         time: When, in seconds since 1970, UTC; a job's changes are in the order of their times.
         progress: How far it is, where that is the news.
+        outcome: The job and its result document, where whoever tells has them; else they stand in the table.
     """
 
     state: JobState
     time: float
     progress: Progress | None = None
+    outcome: tuple[JobRow, str] | None = None
 
     @property
     def ended(self) -> bool:
@@ -64,16 +67,16 @@ class Watcher:
             if change.ended:
                 return
 
-    async def end(self, seconds: float) -> bool:
-        """Wait until the job has ended, at most ``seconds``; False when the time is over or the service stops."""
+    async def end(self, seconds: float) -> Change | None:
+        """The change that ends the job; None when ``seconds`` are over before or the service stops."""
         try:
             async with asyncio.timeout(seconds):
                 while (change := await self._news.get()) is not None:
                     if change.ended:
-                        return True
+                        return change
         except TimeoutError:
             pass
-        return False
+        return None
 
 
 class Watch:
@@ -99,9 +102,15 @@ class Watch:
             if not watchers:
                 del self._watchers[job_id]
 
-    def tell(self, job_id: str, state: JobState, progress: Progress | None = None) -> None:
-        """Say what happened to a job."""
-        change = Change(state, time.time(), progress)
+    def tell(
+        self,
+        job_id: str,
+        state: JobState,
+        progress: Progress | None = None,
+        outcome: tuple[JobRow, str] | None = None,
+    ) -> None:
+        """Say what happened to a job; arguments as in `Change`."""
+        change = Change(state, time.time(), progress, outcome)
         before = self._latest.get(job_id)
         if before is not None and change.time <= before.time:  # clocks are coarse, and are set back
             change = replace(change, time=before.time + 1e-6)

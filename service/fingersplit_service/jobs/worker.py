@@ -16,13 +16,12 @@ from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from typing import Any, TypeVar
 
-__all__ = ["Birth", "Report", "begin", "execute", "execute_idly", "report_progress"]
+__all__ = ["Birth", "Report", "begin", "execute", "execute_behind", "report_progress"]
 
 Returned = TypeVar("Returned")
 
 _PR_SET_PDEATHSIG = 1
 _REPORT_INTERVAL = 0.05  # [s]
-_LEAST_PRIORITY = 19
 _ALLOCATOR_RESERVE = "65536"  # [KiB]; else rerun and arrow each take 1 GiB of the address space when they are loaded
 
 
@@ -84,18 +83,19 @@ def execute(call: int, function: Callable[..., Returned], arguments: tuple[Any, 
     return function(*arguments)
 
 
-def execute_idly(function: Callable[..., Returned], *arguments: Any) -> Returned:
-    """Run a function at the lowest priority of the operating system.
+def execute_behind(niceness: int, function: Callable[..., Returned], *arguments: Any) -> Returned:
+    """Run a function at a lower priority of the operating system, 19 is the lowest.
 
     It runs in a thread of its own: Linux has a priority for each, and a process could not get its own back.
     """
-    with ThreadPoolExecutor(1, initializer=_step_back) as pool:
+    with ThreadPoolExecutor(1, initializer=_step_back, initargs=(niceness,)) as pool:
         return pool.submit(function, *arguments).result()
 
 
-def _step_back() -> None:
+def _step_back(niceness: int) -> None:
     if sys.platform == "linux":
-        os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), _LEAST_PRIORITY)
+        thread = threading.get_native_id()
+        os.setpriority(os.PRIO_PROCESS, thread, max(niceness, os.getpriority(os.PRIO_PROCESS, thread)))
 
 
 def report_progress(stage: str, progress: float) -> None:

@@ -6,7 +6,7 @@ from prometheus_client import CONTENT_TYPE_LATEST, CollectorRegistry, Counter, G
 
 if TYPE_CHECKING:
     from fingersplit_service.jobs.engine import Engine
-    from fingersplit_service.jobs.tasks import JobOutcome
+    from fingersplit_service.jobs.planning import JobOutcome
 
 __all__ = ["METRICS_TYPE", "Metrics"]
 
@@ -65,6 +65,7 @@ class Metrics:
         for state, count in jobs.items():
             self._jobs.labels(state).set(count)
         self._workers.labels("warm").set(engine.warm_workers)
+        self._workers.labels("spare").set(engine.spare_workers)
         self._workers.labels("busy").set(engine.busy_workers)
         self._restarts.set(engine.restarts)
         return generate_latest(self.registry)

@@ -133,6 +133,7 @@ async def _view(runtime: Runtime, principal: Principal, job_id: str, rank: int, 
 async def _order(runtime: Runtime, principal: Principal, job_id: str, rank: int, name: ViewName) -> ViewOrder:
     await job_grasp(runtime, principal, job_id, rank)
     row, _ = await known_job(runtime, principal, job_id)
+    await runtime.dispatcher.released(job_id)  # which may still record it
     friction = json.loads(row.request)["planner"].get("friction")
     return ViewOrder(name, job_id, rank, row.object_id, row.object_name, friction)
 

@@ -4,7 +4,7 @@ Lengths are in metres, angles in radians, forces in newtons. Points and directio
 the frame of the uploaded mesh; quaternions are ``wxyz``. Surface normals point out of the object.
 """
 
-from fingersplit_client.schemas.base import Document, Quaternion, SourceName, Unit, Vector3
+from fingersplit_client.schemas.base import Document, GraspFormat, Quaternion, SourceName, Unit, Vector3
 from fingersplit_client.schemas.jobs import (
     Batch,
     BatchCreate,
@@ -42,6 +42,7 @@ from fingersplit_client.schemas.resources import (
     HandInfo,
     HandJoint,
     Health,
+    ImportedGraspSet,
     IntakeReport,
     ObjectInfo,
     ObjectOptions,
@@ -72,12 +73,14 @@ __all__ = [
     "Document",
     "Grasp",
     "GraspCurve",
+    "GraspFormat",
     "GraspTimings",
     "GraspVerification",
     "HandFinger",
     "HandInfo",
     "HandJoint",
     "Health",
+    "ImportedGraspSet",
     "InitialState",
     "IntakeReport",
     "InvalidField",

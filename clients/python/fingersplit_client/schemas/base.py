@@ -4,7 +4,7 @@ from typing import Literal
 
 from pydantic import BaseModel, ConfigDict
 
-__all__ = ["Document", "Quaternion", "SourceName", "Unit", "Vector3"]
+__all__ = ["Document", "GraspFormat", "Quaternion", "SourceName", "Unit", "Vector3"]
 
 Vector3 = tuple[float, float, float]
 """Three numbers along x, y, z."""
@@ -14,6 +14,8 @@ Unit = Literal["m", "mm", "cm", "in"]
 """Length units the file of an object may be written in."""
 SourceName = Literal["antipodal", "both", "surface_fitting"]
 """Where parallel grasps can come from when none are given."""
+GraspFormat = Literal["acronym", "dexnet", "dexnet_service", "fingersplit", "graspgen", "graspnet", "isaac_grasp"]
+"""Formats of files that parallel grasps can be read from."""
 
 
 class Document(BaseModel):

@@ -17,6 +17,7 @@ __all__ = [
     "HandInfo",
     "HandJoint",
     "Health",
+    "ImportedGraspSet",
     "IntakeReport",
     "Mass",
     "ObjectInfo",
@@ -122,7 +123,12 @@ class ParallelGraspsGenerate(Document):
     )
     source: SourceName = Field(default="antipodal", description="How they are found.")
     seed: int = Field(default=0, ge=0, lt=2**63, description="Seed of every random choice.")
-    friction: float = Field(default=0.6, ge=0.01, le=2.0, description="Friction coefficient of the contacts.")
+    friction: float | None = Field(
+        default=None,
+        ge=0.01,
+        le=2.0,
+        description="Friction coefficient of the contacts; by default the object's, or 0.6 where that is not known.",
+    )
     name: str = Field(default="", description="Name for people.", max_length=200)
 
 
@@ -150,6 +156,12 @@ class ParallelGraspSet(ParallelGraspSetInfo):
     """A stored set of parallel grasps of an object."""
 
     parallel_grasps: list[ParallelGrasp] = Field(description="The grasps, object frame [m].")
+
+
+class ImportedGraspSet(ParallelGraspSet):
+    """A set of parallel grasps that was read from a file."""
+
+    message: str = Field(description="What the file held, and what was kept of it.")
 
 
 class HandJoint(Document):
