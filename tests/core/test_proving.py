@@ -17,7 +17,7 @@ def found(prepared, barrett):
 
 @pytest.fixture(scope="module")
 def pieces(found):
-    return decompose(found.model.mesh, 32, 20_000)
+    return decompose(found.model.mesh, 32, 5_000)
 
 
 def test_grasps_are_tried_in_order_until_enough_hold(found, pieces):
