@@ -48,8 +48,8 @@ def test_friction_of_a_twelfth_of_the_planned_drops_every_object(try_grasp, plan
         report = try_grasp(name, "gravity_six", grasp=grasp, friction=0.05)
         assert not report.passed
         assert report.settings["planned_friction"] == 0.6
-        _, lacking = nnls(-grasp.normals.T, (0, 0, 1))  # normal forces that carry it
-        assert lacking < 1e-6 or not try_grasp(name, "lift", grasp=grasp, friction=0.05).passed
+        _, lacking = nnls(-grasp.normals.T, (0, 0, 1))  # share of the weight that normal forces leave to friction
+        assert lacking < 0.1 or not try_grasp(name, "lift", grasp=grasp, friction=0.05).passed
 
 
 def test_grip_knows_the_planned_friction_only(try_grasp):
