@@ -1,5 +1,6 @@
 """The objects that benchmarks run on."""
 
+import json
 import os
 from collections.abc import Callable
 from functools import partial
@@ -10,7 +11,7 @@ from fingersplit.objects.mesh import Mesh
 from fingersplit.objects.parametric import PARAMETRIC_OBJECTS
 from fingersplit_bench.suite import BenchError
 
-__all__ = ["benchmark_objects"]
+__all__ = ["benchmark_objects", "measured_masses"]
 
 MESH_SUFFIXES = {".glb", ".obj", ".off", ".ply", ".stl"}
 
@@ -28,8 +29,21 @@ def benchmark_objects(folder: Path | None) -> dict[str, Callable[[], Mesh]]:
         if not meshes:
             raise BenchError(f"{folder} holds no mesh; files that are read: {', '.join(sorted(MESH_SUFFIXES))}.")
         return meshes
+    return _meshes(_shared_folder()) or dict(PARAMETRIC_OBJECTS)
+
+
+def measured_masses() -> dict[str, float]:
+    """Masses [kg] by object name, where a ``manifest.json`` beside the shared meshes has one as ``mass_kg``."""
+    manifest = _shared_folder() / "manifest.json"
+    if not manifest.exists():
+        return {}
+    objects = json.loads(manifest.read_text())["objects"]
+    return {entry["name"]: float(entry["mass_kg"]) for entry in objects if entry.get("mass_kg")}
+
+
+def _shared_folder() -> Path:
     beside = Path(__file__).parents[3] / "shared" / "objects"
-    return _meshes(Path(os.environ.get("FINGERSPLIT_OBJECTS", beside))) or dict(PARAMETRIC_OBJECTS)
+    return Path(os.environ.get("FINGERSPLIT_OBJECTS", beside))
 
 
 def _meshes(folder: Path) -> dict[str, Callable[[], Mesh]]:

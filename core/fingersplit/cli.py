@@ -84,6 +84,10 @@ def plan(
     protocol: Annotated[
         str, typer.Option(help="What is done with the held object; see `fingersplit verify`.")
     ] = "lift",
+    simulated_friction: Annotated[
+        float | None,
+        typer.Option(help="Friction while verifying; default: the planned one, which the grip always believes.", min=0),
+    ] = None,
     initial: Annotated[bool, typer.Option(help="Verify the initial parallel grasps, too.")] = False,
 ) -> None:
     """Plan grasps for a mesh or a point cloud and print them, best first."""
@@ -128,7 +132,7 @@ def plan(
                 pieces,
                 verified=verified,
                 protocol=protocol,
-                friction=settings.friction,
+                friction=simulated_friction,
                 threads=2,
                 initial=initial,
             )

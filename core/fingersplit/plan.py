@@ -134,6 +134,7 @@ class Plan:
         model: The object.
         seed: Seed of every random choice.
         starts: Starts that were asked for.
+        friction: Coulomb friction between pads and object that was planned for.
         runs: Every finished run, in the order of the starts.
         grasps: The best of them, best first.
         message: One sentence on how it went.
@@ -145,6 +146,7 @@ class Plan:
     model: ObjectModel
     seed: int
     starts: int
+    friction: float
     runs: tuple[Run, ...]
     grasps: tuple[PlannedGrasp, ...]
     message: str
@@ -168,6 +170,7 @@ class Plan:
             "object": self.model.to_document(),
             "seed": self.seed,
             "starts": self.starts,
+            "friction": self.friction,
             "summary": {
                 "started": len(self.runs),
                 "feasible": self.feasible,

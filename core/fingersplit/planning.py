@@ -88,7 +88,7 @@ def plan(
     watch.lap("ranking")
     report("ranking", 1.0)
     message = describe_outcome(len(parallel_grasps), runs, hand, settings)
-    return Plan(hand, model, seed, starts, runs, grasps, message, seconds)
+    return Plan(hand, model, seed, starts, settings.friction, runs, grasps, message, seconds)
 
 
 def _check(*, starts: int, top_k: int, threads: int, seed: int) -> None:

@@ -25,7 +25,7 @@ def prove(
     verified: int,
     protocol: str | Protocol = "lift",
     controller: str | Controller = "virtual_frame",
-    friction: float = 0.6,
+    friction: float | None = None,
     mass: float | None = None,
     deadline: float | None = None,
     threads: int = 1,
@@ -41,7 +41,8 @@ def prove(
         verified: How many grasps must hold.
         protocol: Name of a preset, or one with numbers of one's own.
         controller: Name of a controller, or one with numbers of one's own.
-        friction: Sliding friction between hand and object.
+        friction: Sliding friction between hand and object in the simulation; None for the one that was planned for. The
+            grip is always planned for that one.
         mass: Mass of the object [kg]; None for the plan's.
         deadline: Begin no verification later than this after the call [s]; None for no limit.
         threads: Grasps verified at a time.
@@ -65,7 +66,17 @@ def prove(
             return None
         grasps = [planned.run.final, planned.run.initial] if initial else [planned.run.final]
         reports = [
-            verify(grasp, plan.hand, plan.model, pieces, protocol, friction=friction, mass=mass, controller=controller)
+            verify(
+                grasp,
+                plan.hand,
+                plan.model,
+                pieces,
+                protocol,
+                friction=plan.friction if friction is None else friction,
+                planned_friction=plan.friction,
+                mass=mass,
+                controller=controller,
+            )
             for grasp in grasps
         ]
         return replace(planned, verification=reports[0], initial_verification=reports[1] if initial else None)

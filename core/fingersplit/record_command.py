@@ -46,8 +46,12 @@ def record(
     stored = document["grasps"][rank - 1]
     if stored["verification"] is not None:
         pieces, protocol = decompose(model.mesh), stored["verification"]["protocol"]
+        friction = stored["verification"]["settings"]["friction"]
         grasps = [grasp.run.final] + ([grasp.run.initial] if stored["initial"]["verification"] is not None else [])
-        reports = [verify(one, hand, model, pieces, protocol, friction=settings.friction) for one in grasps]
+        reports = [
+            verify(one, hand, model, pieces, protocol, friction=friction, planned_friction=settings.friction)
+            for one in grasps
+        ]
         grasp = replace(grasp, verification=reports[0], initial_verification=reports[1] if reports[1:] else None)
     run = RecordedRun.from_planned(grasp, hand)
     path = output or result.with_suffix(".rrd")

@@ -33,7 +33,12 @@ def verify_stored(
     controller: Annotated[str, typer.Option(help="virtual_frame, or squeeze for position-controlled hands.")] = (
         "virtual_frame"
     ),
-    friction: Annotated[float, typer.Option(help="Sliding friction between hand and object.", min=0.0)] = 0.6,
+    friction: Annotated[
+        float | None, typer.Option(help="Sliding friction in the simulation; default: the planned one.", min=0.0)
+    ] = None,
+    planned_friction: Annotated[
+        float | None, typer.Option(help="What the grip is planned for; default: as the file says, or 0.6.", min=0.01)
+    ] = None,
     mass: Annotated[float | None, typer.Option(help="Mass of the object [kg]; default: as planned.")] = None,
     rank: Annotated[int | None, typer.Option(help="Only the grasp at this place of the file, from 1.", min=1)] = None,
     initial: Annotated[bool, typer.Option(help="Verify the initial parallel grasps, too.")] = False,
@@ -49,6 +54,7 @@ def verify_stored(
     from fingersplit.objects.mesh import Mesh
     from fingersplit.objects.model import prepare_object
     from fingersplit.verification import verify
+    from fingersplit.verification.protocol import DEFAULT_FRICTION
     from fingersplit.verification.protocols import load_protocol
 
     preset = load_protocol(protocol, named_values(number or []))
@@ -66,11 +72,22 @@ def verify_stored(
         raise SettingsError(f"rank is {rank}; {result.name} has {len(stored.grasps)} grasps.")
     chosen = stored.grasps if rank is None else stored.grasps[rank - 1 : rank]
     pieces = decompose(checked)
+    believed = planned_friction or stored.friction or DEFAULT_FRICTION
 
     def report(state: HandState) -> dict[str, Any]:
         grasp = grasp_at(model, stored.hand, state)
-        options: dict[str, Any] = {"friction": friction, "mass": mass, "controller": controller, "threads": threads}
-        return verify(grasp, stored.hand, model, pieces, preset, **options).to_document()
+        return verify(
+            grasp,
+            stored.hand,
+            model,
+            pieces,
+            preset,
+            friction=believed if friction is None else friction,
+            planned_friction=believed,
+            mass=mass,
+            controller=controller,
+            threads=threads,
+        ).to_document()
 
     rows: list[dict[str, Any]] = [
         {

@@ -195,9 +195,11 @@ def test_plan_is_proven_and_its_document_verified_again(folder):
     (row,) = json.loads(again.stdout)["grasps"]
     assert row["verification"]["reason"] == "held"
     assert "held" in again.stderr
-    slippery = ("--number", "friction_scale=0", "--protocol", "gravity_six")
+    slippery = ("--friction", 0, "--protocol", "gravity_six", "--json", "dropped.json")
     dropped = run("verify", "proven.json", "--object", "ball.stl", "--unit", "mm", *slippery, cwd=folder)
     assert dropped.returncode == 1
+    settings = json.loads((folder / "dropped.json").read_text())["grasps"][0]["verification"]["settings"]
+    assert (settings["friction"], settings["planned_friction"]) == ([0.0, 0.0, 0.0], 0.6)
 
 
 def test_verify_refuses_other_objects_and_other_files(folder):

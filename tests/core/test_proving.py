@@ -7,6 +7,7 @@ from fingersplit.errors import SettingsError
 from fingersplit.objects.convex_pieces import decompose
 from fingersplit.planning import plan
 from fingersplit.proving import prove
+from fingersplit.splitting.settings import PlannerSettings
 from fingersplit_client.schemas import PlanResult
 
 
@@ -17,7 +18,7 @@ def found(prepared, barrett):
 
 @pytest.fixture(scope="module")
 def pieces(found):
-    return decompose(found.model.mesh, 32, 20_000)
+    return decompose(found.model.mesh, 32, 5_000)
 
 
 def test_grasps_are_tried_in_order_until_enough_hold(found, pieces):
@@ -51,6 +52,15 @@ def test_list_ends_and_deadline_ends(found, pieces):
     assert (late.proof.tried, late.proof.out_of_time) == (0, True)
     assert late.to_document()["summary"]["verification"]["message"].endswith("Time ran out.")
     assert all(grasp.verification is None for grasp in late.grasps)
+
+
+def test_grip_is_planned_for_the_friction_of_the_plan(prepared, barrett, pieces):
+    careful = plan(prepared("wedge"), barrett, starts=16, seed=1, top_k=1, settings=PlannerSettings(friction=0.4))
+    alone = prove(careful, pieces, verified=1).grasps[0].verification
+    elsewhere = prove(careful, pieces, verified=1, friction=0.2).grasps[0].verification
+    assert (alone.settings["friction"], alone.settings["planned_friction"]) == ([0.4] * 3, 0.4)
+    assert (elsewhere.settings["friction"], elsewhere.settings["planned_friction"]) == ([0.2] * 3, 0.4)
+    np.testing.assert_array_equal(alone.grip.forces, elsewhere.grip.forces)
 
 
 def test_nonsense_is_refused(found, pieces):

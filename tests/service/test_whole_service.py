@@ -116,15 +116,16 @@ def test_a_verified_grasp_holds(client, data_dir):
     )
     wait_until(lambda: any((data_dir / "cache").glob(f"pieces-{uploaded.id}-*.arrays")))  # before any job needs them
     pieces = entry(data_dir, "pieces", uploaded.id).stat().st_ino
-    job = client.create_job(JobCreate(object_id=uploaded.id, starts=32, verified=1, verify_initial=True))
-    job = client.wait(job)
+    asked = JobCreate(object_id=uploaded.id, starts=32, verified=1, verify_initial=True, simulated_friction=0.75)
+    job = client.wait(client.create_job(asked))
 
     assert job.verified == 1
     assert job.result.summary.verification.held == 1
     reports = client.verification(job.id)
     assert (reports.asked, reports.verified) == (1, 1)
     best = next(report for report in reports.grasps if report.verification.passed)
-    assert best.verification.settings["friction"][0] == 0.8  # sliding
+    assert best.verification.settings["friction"] == [0.75, 0.75, 0.75]
+    assert best.verification.settings["planned_friction"] == job.result.friction == 0.8
     assert best.verification.settings["mass"] == 0.1
     assert best.initial.protocol == best.verification.protocol == "lift"
     assert entry(data_dir, "pieces", uploaded.id).stat().st_ino == pieces

@@ -47,12 +47,14 @@ class StoredGrasps:
         object_id: Id of the object, None where the file has none that we know.
         object_scale: Factor from the object's mesh to metres.
         grasps: The grasps in the order of the file.
+        friction: Friction coefficient that they were planned for, None where the file does not say.
     """
 
     hand: Hand
     object_id: str | None
     object_scale: float
     grasps: tuple[StoredGrasp, ...]
+    friction: float | None = None
 
 
 def read_stored_grasps(path: Path, hand: str) -> StoredGrasps:
@@ -105,7 +107,10 @@ def _from_result(data: bytes, _hand: str) -> StoredGrasps:
             StoredGrasp(f"rank {grasp['rank']}", _state(hand, grasp), _state(hand, grasp["initial"]))
             for grasp in document["grasps"]
         )
-        return StoredGrasps(hand, str(document["object"]["id"]), 1.0, grasps)
+        friction = document.get("friction")  # which results of older versions do not say
+        return StoredGrasps(
+            hand, str(document["object"]["id"]), 1.0, grasps, None if friction is None else float(friction)
+        )
     except (AttributeError, KeyError, TypeError, ValueError) as error:
         raise ExchangeError(f"This is no result document of a plan: {error!r} where its fields are read.") from error
 

@@ -34,7 +34,7 @@ class GripProblem:
         torque_limits: Largest joint torques, (N,) [N m].
         center_of_mass: Of the object, (3,) [m].
         friction: Sliding friction coefficient that may be relied on.
-        least_force: Every finger presses with at least this [N], where its pulls can press at all.
+        least_forces: Each finger presses with at least this, where its pulls can press at all, (F,) [N].
         loads: Forces on the object's centre of mass that the fingers must balance, (L, 3) [N].
     """
 
@@ -44,7 +44,7 @@ class GripProblem:
     torque_limits: NDArray[np.float64]
     center_of_mass: NDArray[np.float64]
     friction: float
-    least_force: float
+    least_forces: NDArray[np.float64]
     loads: NDArray[np.float64]
 
 
@@ -99,9 +99,7 @@ def least_grip(problem: GripProblem) -> Grip:
                 rows(np.vstack([torque, -torque])),
             ]
         ),
-        b_ub=np.concatenate(
-            [-worst_load, none(len(outside)), none(fingers), np.full(fingers, -problem.least_force), room, room]
-        ),
+        b_ub=np.concatenate([-worst_load, none(len(outside)), none(fingers), -problem.least_forces, room, room]),
         bounds=[(None, None)] * pairs + [(0, None)] * (3 + fingers),
     )
     pulls, violation = solution.x[:pairs], float(solution.x[pairs + 1])

@@ -72,7 +72,7 @@ def judge_branch(
     center: NDArray[np.float64],
     limited: bool,
 ) -> BranchReport:
-    """Numbers of every phase of a branch, and the verdict on it; ``limited`` says whether torques cut the grip short."""
+    """Numbers of every phase of a branch, and the verdict on it; ``limited`` says whether torques cap the grip."""
     if not recording.stable:
         return BranchReport(branch.name, "unstable_simulation", ())
     reports = tuple(

@@ -166,6 +166,10 @@ class Scene:
             mujoco.mj_jacSite(self.model, self.data, jacobian, None, site)
         return jacobians[:, :, self.joint_dofs]
 
+    def finger_masses(self) -> NDArray[np.float64]:
+        """Mass of each finger (F,) [kg]."""
+        return np.array([self.model.body_mass[list(chain)].sum() for chain in self.finger_bodies])
+
     def penetrations(self) -> NDArray[np.float64]:
         """Deepest penetration into the object of each finger and of the palm, (F + 1,) [m], zero where none."""
         depths = np.zeros(len(self.finger_bodies) + 1)

@@ -79,18 +79,7 @@ def verify(
     scene.model.opt.timestep = protocol.time_step
     scene.place(grasp)
     penetration = float(scene.penetrations().max())
-    grip = least_grip(
-        GripProblem(
-            contacts=grasp.contacts,
-            normals=grasp.normals,
-            jacobians=scene.finger_jacobians(),
-            torque_limits=hand.torque_limits,
-            center_of_mass=model.center_of_mass,
-            friction=controller.friction_margin * planned_friction,
-            least_force=controller.least_force,
-            loads=controller.load_margin * mass * _loads(protocol),
-        )
-    )
+    grip = least_grip(_grip_problem(scene, grasp, protocol, controller, mass, planned_friction))
     if penetration > protocol.largest_initial_penetration:
         outcome = _Outcome("initial_penetration")
     else:
@@ -144,14 +133,27 @@ def _simulate(
     return _Outcome(reason, squeezed, reports, film(grasp.object_from_palm, protocol.time_step, squeeze, pairs))
 
 
-def _loads(protocol: Protocol) -> NDArray[np.float64]:
-    """Forces on each kg of the object that the fingers must balance some time, none among them, (L, 3) [N/kg]."""
-    loads = [np.zeros(3)]
+def _grip_problem(
+    scene: Scene, grasp: Grasp, protocol: Protocol, controller: Controller, mass: float, planned_friction: float
+) -> GripProblem:
+    """What the grip must do in the scene: carry the object, and keep the fingers on it although they are heavy, too."""
+    loads, fastest = [np.zeros(3)], 0.0
     for branch in protocol.branches:
         for phase in branch.phases:
             steady = np.asarray(branch.gravity) + np.asarray(phase.pull)
-            loads += [steady - acceleration for acceleration in _extreme_accelerations(phase)]
-    return np.asarray(np.unique(np.round(loads, 6), axis=0))
+            accelerations = _extreme_accelerations(phase)
+            loads += [steady - acceleration for acceleration in accelerations]
+            fastest = max(fastest, float(np.linalg.norm(accelerations, axis=1).max()))
+    return GripProblem(
+        contacts=grasp.contacts,
+        normals=grasp.normals,
+        jacobians=scene.finger_jacobians(),
+        torque_limits=scene.hand.torque_limits,
+        center_of_mass=scene.model.body_ipos[scene.object_body],
+        friction=controller.friction_margin * planned_friction,
+        least_forces=controller.least_force + controller.load_margin * fastest * scene.finger_masses(),
+        loads=controller.load_margin * mass * np.unique(np.round(loads, 6), axis=0),
+    )
 
 
 def _extreme_accelerations(phase: Phase) -> list[NDArray[np.float64]]:

@@ -74,7 +74,7 @@ def plan_job(storage: Storage, order: JobOrder) -> JobOutcome:
         progress=report_progress,
     )
     if asked["verified"]:
-        planned = verify_plan(storage, order.object_id, planned, asked, settings.friction, time_to_verify)
+        planned = verify_plan(storage, order.object_id, planned, asked, time_to_verify)
     _unrecorded.clear()  # of a job that was cancelled before its recording
     document = planned.to_document()
     result = json.dumps(document, allow_nan=False, separators=(",", ":"))
@@ -93,9 +93,7 @@ def plan_job(storage: Storage, order: JobOrder) -> JobOutcome:
     return JobOutcome(finding, document["timings_ms"], simulated, pictured, asked["recording"])
 
 
-def verify_plan(
-    storage: Storage, object_id: str, planned: "Plan", asked: dict[str, Any], friction: float, until: float
-) -> "Plan":
+def verify_plan(storage: Storage, object_id: str, planned: "Plan", asked: dict[str, Any], until: float) -> "Plan":
     """Simulate ranked grasps until as many have held as the job asks for, or the monotonic clock says ``until``."""
     from fingersplit.proving import prove
 
@@ -108,7 +106,7 @@ def verify_plan(
         verified=asked["verified"],
         protocol=asked["protocol"],
         controller=asked["controller"],
-        friction=friction,
+        friction=asked.get("simulated_friction"),  # which jobs that an older version queued do not name
         deadline=max(0.0, until - time.monotonic()),
         initial=asked["verify_initial"],
     )

@@ -40,6 +40,7 @@ def test_best_grasp_comes_back(found, files, barrett, name):
     np.testing.assert_allclose(again.residuals, planned.residuals, atol=1e-5)
     np.testing.assert_allclose(again.pad_angles, planned.pad_angles, atol=1e-3)
     assert (stored.grasps[0].initial is None) == (name != "plan.json")
+    assert stored.friction == (0.6 if name == "plan.json" else None)
 
 
 @pytest.mark.parametrize(("name", "sentence"), [("no.json", "no result document"), ("no.txt", "ends in '.txt'")])

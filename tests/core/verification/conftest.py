@@ -19,6 +19,6 @@ def planned(barrett: Hand, prepared: Callable[[str], ObjectModel]) -> Callable[[
     @cache
     def make(name: str) -> tuple[Plan, ConvexPieces]:
         model = prepared(name)
-        return plan(model, barrett, starts=16, seed=1, top_k=4), decompose(model.mesh, 32, 20_000)
+        return plan(model, barrett, starts=16, seed=1, top_k=4), decompose(model.mesh, 32, 5_000)
 
     return make

@@ -7,7 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fingersplit.verification.grip import LEAST_NORMAL_FORCE, GripProblem, least_grip
+from fingersplit.verification.grip import GripProblem, least_grip
+
+LEAST_FORCE = 1.0
 
 
 def ring(friction: float = 0.5, load: float = 5.0, torque: float = 1.0, angles=(0.1, 2.2, 4.3)) -> GripProblem:
@@ -17,7 +19,16 @@ def ring(friction: float = 0.5, load: float = 5.0, torque: float = 1.0, angles=(
     for finger in range(3):
         jacobians[finger, :, 3 * finger : 3 * finger + 3] = 0.1 * np.eye(3)
     loads = load * np.vstack([np.zeros(3), np.eye(3), -np.eye(3)])
-    return GripProblem(0.04 * normals, normals, jacobians, np.full(9, torque), np.zeros(3), friction, loads)
+    return GripProblem(
+        contacts=0.04 * normals,
+        normals=normals,
+        jacobians=jacobians,
+        torque_limits=np.full(9, torque),
+        center_of_mass=np.zeros(3),
+        friction=friction,
+        least_forces=np.full(3, LEAST_FORCE),
+        loads=loads,
+    )
 
 
 @given(
@@ -29,14 +40,14 @@ def test_grip_is_balanced_and_presses(friction, load, angles):
     np.testing.assert_allclose(grip.forces.sum(axis=0), 0, atol=1e-8)
     np.testing.assert_allclose(np.cross(problem.contacts, grip.forces).sum(axis=0), 0, atol=1e-8)
     pressing = -(problem.normals * grip.forces).sum(axis=1)
-    assert pressing.min() >= LEAST_NORMAL_FORCE - 1e-6
+    assert pressing.min() >= LEAST_FORCE - 1e-6
     along = np.linalg.norm(grip.forces + pressing[:, None] * problem.normals, axis=1)
     assert (along <= friction * pressing / np.cos(np.pi / 8) + grip.violation + 1e-6).all()
 
 
 def test_no_load_takes_the_least_force_and_more_load_takes_more():
     forces = [np.linalg.norm(least_grip(ring(load=load, torque=10.0)).forces, axis=1).max() for load in (0, 10, 20)]
-    assert forces[0] == pytest.approx(LEAST_NORMAL_FORCE, rel=0.1)
+    assert forces[0] == pytest.approx(LEAST_FORCE, rel=0.1)
     assert forces[0] < forces[1] < forces[2]
 
 
@@ -46,10 +57,22 @@ def test_weight_is_carried_by_friction_alone_as_in_closed_form():
     grip = least_grip(replace(problem, loads=np.array([[0.0, 0.0, -30.0]])))
     np.testing.assert_allclose(np.linalg.norm(grip.forces, axis=1), 20.0, rtol=1e-6)
     assert grip.violation == pytest.approx(0, abs=1e-9)
+    slippery = least_grip(replace(problem, friction=0.25, loads=np.array([[0.0, 0.0, -30.0]])))
+    np.testing.assert_allclose(np.linalg.norm(slippery.forces, axis=1), 40.0, rtol=1e-6)
 
 
 def test_torque_limits_cap_the_grip_and_the_violation_says_what_is_missing():
     free, capped = least_grip(ring(load=30.0, torque=10.0)), least_grip(ring(load=30.0, torque=1.0))
     assert free.violation == pytest.approx(0, abs=1e-9)
+    assert (free.limited, capped.limited) == (False, True)
     assert capped.violation > 1.0
     assert np.abs(0.1 * capped.forces).max() <= 1.0
+
+
+def test_contacts_that_no_grip_keeps_inside_their_cones_are_pressed_all_the_same():
+    """On one side of a disc the lines between fingertips run along its surface rather than into it."""
+    problem = ring(friction=0.1, load=0.0, torque=10.0, angles=(0.0, 0.8, 1.6))
+    grip = least_grip(problem)
+    assert -(problem.normals * grip.forces).sum(axis=1).max() >= LEAST_FORCE - 1e-6
+    assert grip.violation > 0.1
+    assert not grip.limited

@@ -15,7 +15,7 @@ def placed(planned, barrett):
     grasp = plan.grasps[0].run.final
     scene = Scene.build(barrett, pieces)
     scene.set_object(plan.model.mass, plan.model.center_of_mass, plan.model.inertia)
-    scene.set_friction(np.full(3, 0.6), 0.005)
+    scene.set_friction(np.full(3, 0.6), np.full(3, 0.005))
     scene.place(grasp)
     return scene, grasp
 
@@ -40,13 +40,13 @@ def test_grip_site_jacobians_are_those_of_finite_differences(placed):
 def test_diverged_simulation_is_noticed(placed):
     scene, grasp = placed
     scene.data.qvel[-6:] = 1e12
-    grip = Grip(np.full(3, 5.0), np.zeros((3, 3)), 0.0)
+    grip = Grip(np.full(3, 5.0), np.zeros((3, 3)), 0.0, False)
     assert not run_squeeze(scene, load_controller("virtual_frame"), grip, 0.1, grasp.normals).stable
 
 
 def test_joint_torques_stay_inside_their_limits(placed):
     scene, grasp = placed
-    grip = Grip(np.full(3, 1e4), np.zeros((3, 3)), 0.0)
+    grip = Grip(np.full(3, 1e4), np.zeros((3, 3)), 0.0, False)
     recording = run_squeeze(scene, load_controller("virtual_frame"), grip, 0.2, grasp.normals)
     excess = np.abs(recording.torques) - scene.hand.torque_limits
     assert excess.max() <= 1e-9

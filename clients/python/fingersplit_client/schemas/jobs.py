@@ -71,6 +71,11 @@ class JobCreate(Document):
     controller: ControllerName = Field(
         default="virtual_frame", description="How the hand is controlled while verifying."
     )
+    simulated_friction: Annotated[float, Field(ge=0, le=5)] | None = Field(
+        default=None,
+        description="Friction between hand and object while verifying; null for the one that is planned for. The grip "
+        "is always planned for that one, so a smaller value shows what happens on a more slippery object.",
+    )
     verify_initial: bool = Field(
         default=False, description="Simulate also the start of each verified grasp, for comparison."
     )

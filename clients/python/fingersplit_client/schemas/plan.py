@@ -204,6 +204,9 @@ class PlanResult(Document):
     object: PlannedObject = Field(description="The object as the planner saw it.")
     seed: int = Field(description="Seed of every random choice.")
     starts: int = Field(description="How many starts were asked for.")
+    friction: float | None = Field(
+        default=None, description="Friction coefficient that was planned for; null in results of older versions."
+    )
     summary: PlanSummary = Field(description="How many starts came how far.")
     timings_ms: PlanTimings = Field(description="Where the time of the plan went [ms].")
     grasps: list[Grasp] = Field(description="Grasps, best first.")

@@ -58,6 +58,7 @@ class VerificationGrip(Document):
 
     forces: list[Vector3] = Field(description="Force of each finger on the unloaded object, object frame [N].")
     violation: float = Field(description="Farthest that a planned contact force leaves its friction cone [N].")
+    limited: bool = Field(default=False, description="Whether the joints have too little torque for a safer grip.")
 
 
 class Verification(Document):
