@@ -41,7 +41,7 @@ def test_planned_grasp_is_lifted_and_its_contact_forces_carry_the_weight(try_gra
     np.testing.assert_allclose(total, (0, 0, weight), atol=0.01 * weight)
 
 
-@pytest.mark.parametrize("name", sorted(PARAMETRIC_OBJECTS))
+@pytest.mark.parametrize("name", sorted(set(PARAMETRIC_OBJECTS) - {"mug"}))
 def test_friction_of_a_twelfth_of_the_planned_drops_every_object(try_grasp, planned, name):
     """Whichever way is down; when it is lifted, too, unless it lies on the fingers."""
     for grasp in (planned.run.final for planned in planned(name)[0].grasps):
@@ -50,6 +50,16 @@ def test_friction_of_a_twelfth_of_the_planned_drops_every_object(try_grasp, plan
         assert report.settings["planned_friction"] == 0.6
         _, lacking = nnls(-grasp.normals.T, (0, 0, 1))  # share of the weight that normal forces leave to friction
         assert lacking < 0.1 or not try_grasp(name, "lift", grasp=grasp, friction=0.05).passed
+
+
+def test_slippery_mug_drops_unless_it_slides_until_it_hangs_on_the_fingers(try_grasp, planned):
+    """Of all our objects only the mug has a rim and a handle to hook into."""
+    reports = [
+        try_grasp("mug", "gravity_six", grasp=grasp.run.final, friction=0.05) for grasp in planned("mug")[0].grasps
+    ]
+    hanging = [report for report in reports if report.passed]
+    assert len(hanging) <= 1
+    assert all(phase.displacement > 0.01 for report in hanging for branch in report.branches for phase in branch.phases)
 
 
 def test_grip_knows_the_planned_friction_only(try_grasp):
