@@ -23,7 +23,9 @@ def test_radius_is_the_farthest_corner():
 def test_collision_points_are_samples_and_cover_the_surface(prepared):
     model = prepared("mug")
     points, samples = model.collision.points, model.surface.grid.points
-    assert 1_500 < len(points) < 3_000
+    # 2,000 are asked for, which evenly spread seeds come near; both walls, the rims and the handle end at sharp edges,
+    # which no supervoxel crosses, so that narrow faces without a seed start supervoxels of their own.
+    assert 2_000 / 1.5 < len(points) < 2_000 * 1.5
     assert cKDTree(samples).query(points)[0].max() == 0
     spacing = model.surface.spacing * np.sqrt(len(samples) / 2_000)
     gaps, _ = cKDTree(points).query(samples)

@@ -63,17 +63,16 @@ def test_hand_far_away_is_in_nothing(barrett, prepared, posed_state):
 
 @pytest.mark.campaign
 def test_no_feasible_run_lies_deeper_than_allowed(every_object, barrett, mujoco_barrett):
-    """Of all runs, not only of those that are returned; points stand a fraction of a millimetre apart."""
-    points, _ = scatter(every_object.mesh, 400_000, np.random.default_rng(5))
+    """Of all runs, not only of those that are returned; the exact search, which is slow, is for three of them."""
+    points, _ = scatter(every_object.mesh, 100_000, np.random.default_rng(5))
     triangles, deepest, looked_at = every_object.mesh.vertices[every_object.mesh.faces], 0.0, 0
-    for run in plan(every_object, barrett, starts=64, seed=7).runs:
+    for run in plan(every_object, barrett, starts=32, seed=7).runs:
         if run.feasible:
             palm = run.final.object_from_palm
             joints = dict(zip(barrett.joint_names, run.final.joints, strict=True))
             mujoco_barrett.move(joints, wxyz_from_rotation(palm[:3, :3]), palm[:3, 3])
-            near = points[np.linalg.norm(points - palm[:3, 3], axis=1) < 0.3]
-            deepest = max(deepest, mujoco_barrett.depth(near))
-            if looked_at < 6:
+            deepest = max(deepest, mujoco_barrett.depth(points))
+            if looked_at < 3:
                 deepest = max(deepest, mujoco_barrett.depth_of_triangles(triangles))
             looked_at += 1
     assert looked_at > 0
