@@ -255,6 +255,6 @@ def verify_grasp(
         angles = np.arccos(np.clip(-(pad_normals * normals).sum(axis=1), -1, 1))
         assert angles.max() <= 0.6 + 1e-6
         np.testing.assert_allclose(angles, [contact["pad_angle"] for contact in contacts], atol=1e-6)
-        assert mujoco_barrett.depth_of_triangles(exact.triangles) < 1e-3 + 0.05e-3
+        assert mujoco_barrett.depth_of_triangles(exact.triangles) < 1e-3 + 0.01e-3
 
     return verify

@@ -9,7 +9,7 @@ from fingersplit.hands.hand import Hand
 from fingersplit.objects.model import ObjectModel
 from fingersplit.objects.surface import closest, touch
 from fingersplit.quality.objective import manipulability, object_quality
-from fingersplit.splitting.collision import refined_penetration
+from fingersplit.splitting.penetration import exact_penetration
 from fingersplit.splitting.settings import PlannerSettings
 
 __all__ = ["Judgement", "judge_grasp"]
@@ -52,7 +52,7 @@ def judge_grasp(
     residual = float(np.abs(heights - [finger.pad_radius for finger in hand.fingers]).max())
     cosines = -np.einsum("ij,ij->i", pad_normals, normals)
     pad_angle = float(np.arccos(np.clip(cosines, -1, 1)).max())
-    penetration = float(refined_penetration(hand.arrays, pose, model.surface, model.distance, np.empty((3, 3))))
+    penetration = float(exact_penetration(hand.arrays, pose, model.patches, model.distance, 0.0))
     quality = settings.object_weight * object_quality(contacts, fingers)
     quality += settings.hand_weight * manipulability(hand.arrays, joints)
     feasible = (

@@ -12,6 +12,7 @@ __all__ = [
     "PointGrid",
     "build_grid",
     "cell_range",
+    "column_in_ball",
     "nearest",
     "neighbour_cells",
     "neighbour_lists",
@@ -131,6 +132,21 @@ def cell_range(grid, query, reach):
         min(max(int((z + reach) / grid.cell) + 1, low[2]), nz),
     )
     return low, high
+
+
+@kernel
+def column_in_ball(grid, x, y, center, radius):
+    """First and one past the last point of the cells in column (x, y) that a ball may meet; they are one run."""
+    x0, y0, z0 = center[0] - grid.origin[0], center[1] - grid.origin[1], center[2] - grid.origin[2]
+    dx = max(x * grid.cell - x0, x0 - (x + 1) * grid.cell, 0.0)
+    dy = max(y * grid.cell - y0, y0 - (y + 1) * grid.cell, 0.0)
+    left = radius * radius - dx * dx - dy * dy
+    if left < 0.0:
+        return 0, 0
+    dz, row = math.sqrt(left), (x * grid.shape[1] + y) * grid.shape[2]
+    low = min(max(int((z0 - dz) / grid.cell), 0), grid.shape[2])
+    high = min(max(int((z0 + dz) / grid.cell) + 1, low), grid.shape[2])
+    return grid.starts[row + low], grid.starts[row + high]
 
 
 @kernel

@@ -13,6 +13,7 @@ from fingersplit.objects.mass import MassProperties, mass_properties
 from fingersplit.objects.mesh import Mesh
 from fingersplit.objects.options import ObjectOptions
 from fingersplit.objects.packing import frozen, packed, unpacked
+from fingersplit.objects.patches import Patches, build_patches
 from fingersplit.objects.signed_distance import DistanceGrid, build_distance_grid
 from fingersplit.objects.supervoxels import Supervoxels, cluster_supervoxels
 from fingersplit.objects.surface import Surface, sample_surface
@@ -38,6 +39,7 @@ class ObjectModel:
             III-A3, and points of what was not seen.
         distance: Signed distance on a grid; what was not seen counts as inside.
         triangles: The mesh's triangles by cell, for exact rays.
+        patches: The same by sample, for exact depths; of a cloud, the seen side only.
         mass_properties: Mass, volume, centre of mass and inertia.
         seen: Share of the closed surface's area that is known, 1 for a mesh.
     """
@@ -51,6 +53,7 @@ class ObjectModel:
     collision: PointGrid
     distance: DistanceGrid
     triangles: TriangleGrid
+    patches: Patches
     mass_properties: MassProperties
     seen: float
 
@@ -111,6 +114,7 @@ _COMPUTED: dict[str, Any] = {
     "collision": PointGrid,
     "distance": DistanceGrid,
     "triangles": TriangleGrid,
+    "patches": Patches,
     "mass_properties": MassProperties,
 }
 
@@ -138,6 +142,7 @@ def prepare_object(mesh: Mesh, name: str = "object", options: ObjectOptions | No
         collision=frozen(build_grid(supervoxels.centers, 2.0 * spacing)[0]),
         distance=build_distance_grid(shape, surface),
         triangles=bin_triangles(shape),
+        patches=build_patches(shape, surface),
         mass_properties=frozen(mass_properties(shape, options)),
         seen=1.0,
     )

@@ -24,7 +24,7 @@ from fingersplit.objects.mesh import Mesh
 from fingersplit.objects.scatter import scatter
 from fingersplit.vectors import add, cross, dot, get, norm, scale, subtract
 
-__all__ = ["LARGEST_OVERHANG", "Surface", "closest", "distance_to_triangle", "sample_surface", "touch"]
+__all__ = ["LARGEST_OVERHANG", "PACKING", "Surface", "closest", "distance_to_triangle", "sample_surface", "touch"]
 
 TARGET_SAMPLES = 30_000
 SMALLEST_SPACING = 0.4e-3

@@ -7,22 +7,12 @@ from fingersplit.hands.kernel import place_on_link, place_shape
 from fingersplit.hands.shapes import shape_distance, shape_distance_gradient
 from fingersplit.objects.grid import cell_range
 from fingersplit.objects.signed_distance import least_distance, rough_distance
-from fingersplit.objects.surface import touch
-from fingersplit.vectors import add, cross, get, norm, put, rotate, rotate_back, scale, subtract
+from fingersplit.vectors import get, put, rotate, rotate_back, subtract
 
-__all__ = ["RANGE", "measure_clearances", "refined_penetration", "rough_penetration"]
+__all__ = ["RANGE", "measure_clearances", "rough_penetration"]
 
 RANGE = 2.5e-3
 """[m]; a link farther from the object has no clearance to speak of."""
-
-DIRECTIONS = 8
-"""Ways along the surface that the refinement tries from a point."""
-HALVINGS = 5
-"""Of the refinement's step, which starts at half the samples' spacing."""
-LEAST_CLIMB = 1e-9
-"""[m]; less is no progress."""
-LEAST_REFINED = 1e-4
-"""[m]; a link that samples show to be in the object by less than this is not looked at closer."""
 
 
 @kernel
@@ -73,35 +63,6 @@ def rough_penetration(hand, pose, distance):
 
 
 @kernel
-def refined_penetration(hand, pose, surface, distance, rotation):
-    """Depth [m] of the object's triangles inside the hand: all samples, and the surface between them.
-
-    In each shape the deepest sample climbs along the surface to the deepest point about it, by a pattern search.
-    Arguments as ``measure_clearances``.
-    """
-    deepest = 0.0
-    for shape in range(hand.shape_count):
-        kind, size = hand.shape_kinds[shape], hand.shape_sizes[shape]
-        nearest, sample, center = 0.0, -1, place_shape(hand, pose, shape, rotation)
-        if least_distance(distance, center) > hand.shape_radii[shape]:
-            continue
-        for sphere in range(hand.sphere_starts[shape], hand.sphere_starts[shape + 1]):
-            middle, radius = (
-                place_on_link(hand, pose, shape, get(hand.sphere_centers, sphere)),
-                hand.sphere_radii[sphere],
-            )
-            if least_distance(distance, middle) < radius:
-                nearest, sample = _nearest_to_shape(
-                    kind, size, rotation, center, surface.grid, middle, radius, nearest, sample
-                )
-        depth = -nearest
-        if depth > LEAST_REFINED:
-            depth = _climb(kind, size, rotation, center, surface, depth, sample)
-        deepest = max(deepest, depth)
-    return deepest
-
-
-@kernel
 def _nearest_to_shape(kind, size, rotation, center, grid, middle, radius, nearest, index):
     """The point of ``grid`` in a ball that is nearest to a shape, and its distance [m], unless ``index`` is nearer."""
     low, high = cell_range(grid, middle, radius)
@@ -117,26 +78,3 @@ def _nearest_to_shape(kind, size, rotation, center, grid, middle, radius, neares
                     if distance < nearest:
                         nearest, index = distance, i
     return nearest, index
-
-
-@kernel
-def _climb(kind, size, rotation, center, surface, depth, sample):
-    """Depth of the deepest point that a pattern search along the surface finds from a sample."""
-    point, normal, step = get(surface.grid.points, sample), get(surface.normals, sample), 0.5 * surface.spacing
-    first = cross(normal, (1.0, 0.0, 0.0) if abs(normal[0]) < 0.7 else (0.0, 1.0, 0.0))
-    first = scale(1.0 / norm(first), first)
-    second = cross(normal, first)
-    for _ in range(HALVINGS):
-        moved = True
-        while moved:
-            moved = False
-            for k in range(DIRECTIONS):
-                angle = 2.0 * math.pi * k / DIRECTIONS
-                along = add(scale(step * math.cos(angle), first), scale(step * math.sin(angle), second))
-                _, reached = touch(surface, add(point, along), sample)
-                local = rotate_back(rotation, subtract(reached, center))
-                there = -shape_distance(kind, size, local[0], local[1], local[2])
-                if there > depth + LEAST_CLIMB:
-                    depth, point, moved = there, reached, True
-        step *= 0.5
-    return depth

@@ -13,9 +13,9 @@ from fingersplit.splitting.acceptance import (
     judge_collision,
     judge_pads,
 )
-from fingersplit.splitting.collision import refined_penetration
 from fingersplit.splitting.contact_optimization import optimize_contacts
 from fingersplit.splitting.palm_optimization import optimize_palm
+from fingersplit.splitting.penetration import exact_penetration
 from fingersplit.splitting.state import attach_contacts, evaluate, measure_collision, pad_target
 from fingersplit.splitting.trace import MAP, SETTLE, record
 from fingersplit.splitting.tracking import track
@@ -96,18 +96,26 @@ def _settle(problem, states, work, trace):
 
 @kernel
 def _inspect(problem, state, work):
-    """Contacts, normals, residuals and Q where the pads touch the triangles, penetration against the surface."""
-    hand, surface = problem.hand, problem.surface
+    """Contacts, normals, residuals and Q where the pads touch the triangles, and whether those lie too deep in a link.
+
+    What a cloud's view did not see is in the collision points alone; and a grasp that is not feasible anyway is as deep
+    as they say.
+    """
+    hand, surface, settings = problem.hand, problem.surface, problem.settings
     for finger in range(hand.finger_count):
         _, point = touch(surface, get(state.pads, finger), state.samples[finger])
         state.samples[finger] = nearest(surface.grid, point, state.samples[finger])
         put(state.contacts, finger, point)
         put(state.normals, finger, get(surface.normals, state.samples[finger]))
-    evaluate(hand, problem.settings, state)
+    evaluate(hand, settings, state)
+    promising = True
     for finger in range(hand.finger_count):
         away = subtract(get(state.pads, finger), get(state.contacts, finger))
         outside = dot(away, get(state.normals, finger)) >= 0.0
         state.residuals[finger] = abs((norm(away) if outside else -norm(away)) - hand.pad_radii[finger])
-    measure_collision(problem, state, work, SETTLE)  # what a cloud's view did not see is in no sample of the surface
-    refined = refined_penetration(hand, state, surface, problem.distance, work.rotation)
-    state.penetration = max(refined, state.penetration)
+        touches = state.residuals[finger] <= settings.contact_tolerance
+        promising = promising and touches and state.pad_angles[finger] <= settings.pad_angle_limit
+    measure_collision(problem, state, work, SETTLE)
+    if promising and state.penetration <= settings.penetration_tolerance:
+        exact = exact_penetration(hand, state, problem.patches, problem.distance, settings.penetration_tolerance)
+        state.penetration = max(state.penetration, exact)

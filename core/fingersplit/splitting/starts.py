@@ -44,7 +44,15 @@ class Start:
 def build_problem(model: ObjectModel, hand: Hand, settings: PlannerSettings) -> Problem:
     """Everything the kernels read, in one tuple."""
     x, y, z = model.center_of_mass.tolist()
-    return Problem(hand.arrays, settings.for_kernels(), model.surface, model.collision, model.distance, (x, y, z))
+    return Problem(
+        hand=hand.arrays,
+        settings=settings.for_kernels(),
+        surface=model.surface,
+        collision=model.collision,
+        distance=model.distance,
+        patches=model.patches,
+        center=(x, y, z),
+    )
 
 
 def choose_starts(

@@ -11,8 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from fingersplit.hands.shapes import covering_spheres
 from fingersplit.objects.signed_distance import SLACK
-from fingersplit.planning import plan
-from fingersplit.splitting.collision import RANGE, measure_clearances, refined_penetration, rough_penetration
+from fingersplit.splitting.collision import RANGE, measure_clearances, rough_penetration
 from fingersplit.transforms import pose_matrix, wxyz_from_rotation
 
 seeds = st.integers(0, 2**32 - 1)
@@ -74,7 +73,6 @@ def test_hand_far_away_touches_nothing(barrett, prepared, posed_state):
     assert state.penetration == 0
     assert np.isinf(state.clearances[: len(barrett.shape_names)]).all()
     assert rough_penetration(barrett.arrays, state, model.distance) == 0
-    assert refined_penetration(barrett.arrays, state, model.surface, model.distance, np.empty((3, 3))) == 0
 
 
 @pytest.mark.parametrize("name", ["sphere", "box"])
@@ -93,28 +91,3 @@ def test_rough_penetration_is_that_of_spheres_inside_the_links(
         depths.append((insides - outside * exact_mesh(model.mesh).distance(placed)).max())
     found = rough_penetration(barrett.arrays, state, model.distance)
     assert found == pytest.approx(max(0.0, *depths), abs=SLACK * model.distance.cell)
-
-
-def test_refinement_finds_what_lies_between_the_samples(barrett, mujoco_barrett, prepared, posed_state):
-    model, rng = prepared("mug"), np.random.default_rng(0)
-    triangles = model.mesh.vertices[model.mesh.faces]
-    sparse_misses, refined_misses, rotation = [], [], np.empty((3, 3))
-    for run in plan(model, barrett, starts=48, seed=4).runs:
-        object_from_palm = run.final.object_from_palm.copy()
-        object_from_palm[:3, 3] += rng.uniform(-2e-3, 2e-3, 3)
-        state = posed_state(run.final.joints, object_from_palm)
-        wxyz = wxyz_from_rotation(object_from_palm[:3, :3])
-        mujoco_barrett.move(
-            dict(zip(barrett.joint_names, run.final.joints, strict=True)), wxyz, object_from_palm[:3, 3]
-        )
-        depth = mujoco_barrett.depth_of_triangles(triangles)
-        if depth > 0.5e-3:
-            measure_clearances(barrett.arrays, state, model.surface.grid, model.distance, rotation)
-            sparse_misses.append(depth - state.penetration)
-            refined = refined_penetration(barrett.arrays, state, model.surface, model.distance, rotation)
-            refined_misses.append(depth - refined)
-    assert len(refined_misses) > 12
-    assert max(sparse_misses) > 0.05e-3  # or there would be nothing to refine
-    assert np.median(refined_misses) < 1e-6
-    assert max(refined_misses) < model.surface.spacing / 4  # triangles between samples are not all seen
-    assert min(refined_misses) > -1e-5  # never deeper than the triangles reach

@@ -14,6 +14,7 @@ from fingersplit.objects.mass import mass_properties
 from fingersplit.objects.model import COLLISION_POINTS, ObjectModel
 from fingersplit.objects.options import ObjectOptions
 from fingersplit.objects.packing import frozen
+from fingersplit.objects.patches import build_patches
 from fingersplit.objects.signed_distance import build_distance_grid
 from fingersplit.objects.supervoxels import cluster_supervoxels
 from fingersplit.objects.surface import sample_surface
@@ -73,6 +74,7 @@ def prepare_cloud(cloud: PointCloud, name: str = "object", options: ObjectOption
         collision=frozen(build_grid(points[thin_evenly(points, spacing)], 2.0 * spacing)[0]),
         distance=distance,
         triangles=bin_triangles(closed),
+        patches=build_patches(seen_part, surface),
         mass_properties=frozen(mass_properties(closed, options)),
         seen=seen_part.area / closed.area,
     )

@@ -31,6 +31,9 @@ DRAWING_REACH = 2.0
 """Distance of points that a vertex is drawn onto, in their spacings or in cells, whichever is more."""
 SEEN_REACH = 1.7
 """Distance of the point that makes a vertex seen, in spacings, beside the noise; by chance 1 in 9,000 has none."""
+RIM = 2.0
+"""[spacings]; width, beside the noise, of the border of what was seen that is not trusted: one stray point, or none,
+holds it in place."""
 LEAST_PART = 0.05
 """Share of all points that a separate part must have to be kept."""
 
@@ -40,7 +43,8 @@ class Reconstruction(NamedTuple):
 
     Attributes:
         mesh: The triangles.
-        seen: Faces that run through points, (n_faces,) bool; the others were closed over.
+        seen: Faces that run through points, a rim apart from where these end, (n_faces,) bool; the others were closed
+            over.
     """
 
     mesh: Mesh
@@ -68,7 +72,8 @@ def reconstruct(oriented: OrientedPoints) -> Reconstruction:
     vertices, faces, _, _ = marching_cubes(winding, level, gradient_direction="ascent")
     mesh = _main_parts(Mesh(vertices * cell + origin, faces), oriented)
     drawn, seen = _drawn_onto_points(mesh, oriented, DRAWING_REACH * max(oriented.spacing, cell))
-    return Reconstruction(drawn, np.asarray(seen[mesh.faces].all(axis=1)))
+    trusted = seen & ~_on_rim(drawn, seen, RIM * oriented.spacing + oriented.noise)
+    return Reconstruction(drawn, np.asarray(trusted[mesh.faces].all(axis=1)))
 
 
 def _winding_number(
@@ -131,3 +136,14 @@ def _drawn_onto_points(mesh: Mesh, oriented: OrientedPoints, reach: float) -> tu
     drawn = vertices + shift[:, None] * normals
     gaps, _ = cKDTree(oriented.points).query(drawn)
     return Mesh(drawn, mesh.faces), near & (gaps < SEEN_REACH * oriented.spacing + oriented.noise)
+
+
+def _on_rim(mesh: Mesh, seen: NDArray[np.bool_], width: float) -> NDArray[np.bool_]:
+    """Vertices that an unseen one is within ``width`` of, on the same side of the object."""
+    if seen.all():
+        return np.zeros_like(seen)
+    normals = np.asarray(mesh.trimesh.vertex_normals)
+    distances, nearby = cKDTree(mesh.vertices[~seen]).query(mesh.vertices, 8, distance_upper_bound=width)
+    beside = np.isfinite(distances)
+    facing = np.einsum("ijk,ik->ij", normals[~seen][np.where(beside, nearby, 0)], normals) > 0
+    return np.asarray((beside & facing).any(axis=1))

@@ -153,7 +153,7 @@ def test_one_noisy_view_plans_to_feasible_grasps_with_contacts_on_what_was_seen(
     for grasp in result.grasps:
         if grasp.run.feasible:
             contacts = grasp.run.final.contacts
-            assert exact_mesh(mesh).distance(contacts).max() < 5e-3  # at worst, beside the rim of the seen part
+            assert exact_mesh(mesh).distance(contacts).max() < 3e-3
             assert np.linalg.norm(cloud.points[:, None] - contacts, axis=2).min(axis=0).max() < 4e-3
 
 
