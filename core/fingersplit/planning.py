@@ -82,7 +82,7 @@ def plan(
     problem = build_problem(model, hand, settings)
     chosen = choose_starts(problem, hand, parallel_grasps, starts, threads=threads, report=report)
     watch.lap("mapping")
-    runs = split_starts(problem, hand, chosen, threads=threads, report=report)
+    runs = split_starts(problem, model.patches, hand, chosen, threads=threads, report=report)
     watch.lap("splitting")
     grasps = rank_runs(model, runs, top_k, settings, threads)
     watch.lap("ranking")

@@ -213,14 +213,19 @@ def starts_of(
 
 @pytest.fixture(scope="session")
 def runs_of(
-    barrett: Hand, problem_of: Callable[..., Problem], starts_of: Callable[[str], list[Start]]
+    barrett: Hand,
+    prepared: Callable[[str], ObjectModel],
+    problem_of: Callable[..., Problem],
+    starts_of: Callable[[str], list[Start]],
 ) -> Callable[..., Sequence[Run]]:
     """Finished runs from those starts, with settings (and their fidelity) by name."""
 
     @cache
     def split_all(name: str, **settings: Any) -> Sequence[Run]:
         problem = problem_of(name, **settings)
-        return split_starts(problem, barrett, starts_of(name), threads=1, report=ignore_progress)
+        return split_starts(
+            problem, prepared(name).patches, barrett, starts_of(name), threads=1, report=ignore_progress
+        )
 
     return split_all
 

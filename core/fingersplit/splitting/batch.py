@@ -7,6 +7,7 @@ import numpy as np
 from fingersplit.compilation import kernel
 from fingersplit.splitting.clock import seconds
 from fingersplit.splitting.finger_splitting import split_fingers
+from fingersplit.splitting.inspection import inspect_grasp
 from fingersplit.splitting.mapping import map_grasp, screen_grasp
 from fingersplit.vectors import get
 
@@ -41,11 +42,12 @@ def screen_grasps(problem, table, contacts, approaches, states, work, costs, cho
 
 
 @kernel
-def split_grasps(problem, table, contacts, approaches, choices, initial, final, outcomes, states, work, trace):
+def split_grasps(problem, patches, table, contacts, approaches, choices, initial, final, outcomes, states, work, trace):
     """Map and split screened parallel grasps.
 
     Args:
         problem: ``Problem``.
+        patches: ``Patches`` of the object.
         table: ``JawTable``.
         contacts: As ``screen_grasps``.
         approaches: As ``screen_grasps``.
@@ -67,6 +69,7 @@ def split_grasps(problem, table, contacts, approaches, choices, initial, final, 
         began = seconds(work.clock)
         initial[i] = states[0]
         outcome.end, outcome.rounds, outcome.cpo, outcome.ppo = split_fingers(problem, states, work, trace)
+        inspect_grasp(problem, patches, states[0], work)
         final[i] = states[0]
         outcome.violations = _count_violations(problem.hand, problem.settings, states[0])
         outcome.total = seconds(work.clock) - began

@@ -2,8 +2,6 @@
 
 from fingersplit.compilation import kernel
 from fingersplit.hands.kernel import move_fingers
-from fingersplit.objects.grid import nearest
-from fingersplit.objects.surface import touch
 from fingersplit.splitting.acceptance import (
     CONTINUE,
     REACHED_COLLISION,
@@ -15,11 +13,10 @@ from fingersplit.splitting.acceptance import (
 )
 from fingersplit.splitting.contact_optimization import optimize_contacts
 from fingersplit.splitting.palm_optimization import optimize_palm
-from fingersplit.splitting.penetration import exact_penetration
 from fingersplit.splitting.state import attach_contacts, evaluate, measure_collision, pad_target
 from fingersplit.splitting.trace import MAP, SETTLE, record
 from fingersplit.splitting.tracking import track
-from fingersplit.vectors import dot, get, norm, put, subtract
+from fingersplit.vectors import get, subtract
 
 __all__ = ["SETTLE_ITERATIONS", "split_fingers"]
 
@@ -60,7 +57,6 @@ def split_fingers(problem, states, work, trace):
                     end = bound
             break
     _settle(problem, states, work, trace)
-    _inspect(problem, states[0], work)
     return end, rounds, cpo_total, ppo_total
 
 
@@ -92,30 +88,3 @@ def _settle(problem, states, work, trace):
             return
         states[0] = states[1]
         record(trace, SETTLE, states[0])
-
-
-@kernel
-def _inspect(problem, state, work):
-    """Contacts, normals, residuals and Q where the pads touch the triangles, and whether those lie too deep in a link.
-
-    What a cloud's view did not see is in the collision points alone; and a grasp that is not feasible anyway is as deep
-    as they say.
-    """
-    hand, surface, settings = problem.hand, problem.surface, problem.settings
-    for finger in range(hand.finger_count):
-        _, point = touch(surface, get(state.pads, finger), state.samples[finger])
-        state.samples[finger] = nearest(surface.grid, point, state.samples[finger])
-        put(state.contacts, finger, point)
-        put(state.normals, finger, get(surface.normals, state.samples[finger]))
-    evaluate(hand, settings, state)
-    promising = True
-    for finger in range(hand.finger_count):
-        away = subtract(get(state.pads, finger), get(state.contacts, finger))
-        outside = dot(away, get(state.normals, finger)) >= 0.0
-        state.residuals[finger] = abs((norm(away) if outside else -norm(away)) - hand.pad_radii[finger])
-        touches = state.residuals[finger] <= settings.contact_tolerance
-        promising = promising and touches and state.pad_angles[finger] <= settings.pad_angle_limit
-    measure_collision(problem, state, work, SETTLE)
-    if promising and state.penetration <= settings.penetration_tolerance:
-        exact = exact_penetration(hand, state, problem.patches, problem.distance, settings.penetration_tolerance)
-        state.penetration = max(state.penetration, exact)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from fingersplit.hands.hand import Hand
 from fingersplit.objects.model import ObjectModel
+from fingersplit.objects.patches import Patches
 from fingersplit.parallel_grasps.grasp_set import ParallelGrasps
 from fingersplit.parallel_grasps.parallel_grasp import ParallelGrasp
 from fingersplit.splitting.batch import OUTCOME, screen_grasps, split_grasps
@@ -42,7 +43,7 @@ class Start:
 
 
 def build_problem(model: ObjectModel, hand: Hand, settings: PlannerSettings) -> Problem:
-    """Everything the kernels read, in one tuple."""
+    """Everything the search reads, in one tuple."""
     x, y, z = model.center_of_mass.tolist()
     return Problem(
         hand=hand.arrays,
@@ -50,7 +51,6 @@ def build_problem(model: ObjectModel, hand: Hand, settings: PlannerSettings) -> 
         surface=model.surface,
         collision=model.collision,
         distance=model.distance,
-        patches=model.patches,
         center=(x, y, z),
     )
 
@@ -93,7 +93,7 @@ def _spread(costs: NDArray[np.float64], pairs: NDArray[np.float64], count: int) 
 
 
 def split_starts(
-    problem: Problem, hand: Hand, starts: Sequence[Start], *, threads: int, report: Progress
+    problem: Problem, patches: Patches, hand: Hand, starts: Sequence[Start], *, threads: int, report: Progress
 ) -> tuple[Run, ...]:
     """Map and split every start; one that the hand turns out not to reach is left out."""
     count = len(starts)
@@ -104,7 +104,7 @@ def split_starts(
 
     def split(part: slice) -> None:
         arrays = contacts[part], approaches[part], choices[part], initial[part], final[part], outcomes[part]
-        split_grasps(problem, jaw_table(hand), *arrays, new_states(3), new_work(), new_trace(0))
+        split_grasps(problem, patches, jaw_table(hand), *arrays, new_states(3), new_work(), new_trace(0))
 
     in_threads(split, count, SPLIT, threads, lambda share: report("splitting", share))
     return tuple(

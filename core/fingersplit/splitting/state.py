@@ -13,7 +13,6 @@ from fingersplit.hands.kernel import (
     POSE_FIELDS,
 )
 from fingersplit.objects.grid import PointGrid
-from fingersplit.objects.patches import Patches
 from fingersplit.objects.signed_distance import DistanceGrid
 from fingersplit.objects.surface import Surface, closest
 from fingersplit.quality.objective import manipulability, object_quality
@@ -109,7 +108,6 @@ class Problem(NamedTuple):
         surface: Surface samples of the object.
         collision: Sparser surface points for collision tests.
         distance: Signed distance grid of the object.
-        patches: The object's triangles by sample.
         center: Centre of mass in the object frame [m].
     """
 
@@ -118,7 +116,6 @@ class Problem(NamedTuple):
     surface: Surface
     collision: PointGrid
     distance: DistanceGrid
-    patches: Patches
     center: tuple[float, float, float]
 
 

@@ -152,10 +152,10 @@ def test_choices_are_sorted_and_differ(barrett, problem_of, starts_of, name):
         assert (choices < (len(barrett.gripper.preshapes), STANDOFFS)).all()
 
 
-def test_each_jaw_gets_its_group_of_fingers(barrett, problem_of):
+def test_each_jaw_gets_its_group_of_fingers(barrett, prepared, problem_of):
     problem = problem_of("sphere")
     starts = choose_starts(problem, barrett, [ACROSS], 2, threads=1, report=ignore)
-    runs = split_starts(problem, barrett, starts, threads=1, report=ignore)
+    runs = split_starts(problem, prepared("sphere").patches, barrett, starts, threads=1, report=ignore)
     assert sorted(float(np.sign(run.first.contacts[2, 0])) for run in runs) == [-1, 1]
     for start, run in zip(starts, runs, strict=True):
         sides = np.sign(run.first.contacts[:3, 0])
@@ -179,9 +179,9 @@ def test_best_starts_come_first_and_more_include_fewer(barrett, problem_of, star
         assert one.parallel_grasp is other.parallel_grasp
 
 
-def test_no_grasps_no_starts(barrett, problem_of):
+def test_no_grasps_no_starts(barrett, prepared, problem_of):
     assert choose_starts(problem_of("sphere"), barrett, [], 4, threads=1, report=ignore) == []
-    assert split_starts(problem_of("sphere"), barrett, [], threads=1, report=ignore) == ()
+    assert split_starts(problem_of("sphere"), prepared("sphere").patches, barrett, [], threads=1, report=ignore) == ()
 
 
 def test_pair_too_wide_for_the_hand_is_out_of_reach(barrett):

@@ -25,9 +25,9 @@ def assert_same_runs(these, those):
 
 
 @pytest.mark.parametrize("fidelity", FIDELITIES)
-def test_same_start_gives_the_same_run_bit_for_bit(barrett, problem_of, starts_of, runs_of, fidelity):
+def test_same_start_gives_the_same_run_bit_for_bit(barrett, prepared, problem_of, starts_of, runs_of, fidelity):
     problem, runs = problem_of("mug", fidelity), runs_of("mug", fidelity=fidelity)
-    again = split_starts(problem, barrett, starts_of("mug"), threads=1, report=ignore)
+    again = split_starts(problem, prepared("mug").patches, barrett, starts_of("mug"), threads=1, report=ignore)
     assert_same_runs(again, runs)
     for this, that in zip(again, runs, strict=True):
         np.testing.assert_array_equal(this.trace.scores, that.trace.scores)
@@ -35,24 +35,25 @@ def test_same_start_gives_the_same_run_bit_for_bit(barrett, problem_of, starts_o
 
 
 @pytest.mark.parametrize("threads", [2, 3])
-def test_threads_change_nothing_bit_for_bit(barrett, problem_of, starts_of, threads):
+def test_threads_change_nothing_bit_for_bit(barrett, prepared, problem_of, starts_of, threads):
     """More starts than one thread takes at a time, screened and split."""
-    problem, grasps = problem_of("mug"), [start.parallel_grasp for start in starts_of("mug")] * 6
+    problem, patches = problem_of("mug"), prepared("mug").patches
+    grasps = [start.parallel_grasp for start in starts_of("mug")] * 6
     one = choose_starts(problem, barrett, grasps, 80, threads=1, report=ignore)
     several = choose_starts(problem, barrett, grasps, 80, threads=threads, report=ignore)
     assert len(one) == len(several) == 80
     for this, that in zip(one, several, strict=True):
         np.testing.assert_array_equal(this.contacts, that.contacts)
         np.testing.assert_array_equal(this.choices, that.choices)
-    runs = split_starts(problem, barrett, one, threads=1, report=ignore)
-    assert_same_runs(split_starts(problem, barrett, several, threads=threads, report=ignore), runs)
+    runs = split_starts(problem, patches, barrett, one, threads=1, report=ignore)
+    assert_same_runs(split_starts(problem, patches, barrett, several, threads=threads, report=ignore), runs)
 
 
-def test_what_ran_before_changes_nothing(barrett, problem_of, starts_of):
+def test_what_ran_before_changes_nothing(barrett, prepared, problem_of, starts_of):
     """Scratch memory is used again: a run comes out the same alone, and after others."""
-    problem, starts = problem_of("l_bracket"), starts_of("l_bracket")
-    runs = split_starts(problem, barrett, starts[::-1], threads=1, report=ignore)
-    alone = [split_starts(problem, barrett, [start], threads=1, report=ignore) for start in starts[::-1]]
+    problem, patches, starts = problem_of("l_bracket"), prepared("l_bracket").patches, starts_of("l_bracket")
+    runs = split_starts(problem, patches, barrett, starts[::-1], threads=1, report=ignore)
+    alone = [split_starts(problem, patches, barrett, [start], threads=1, report=ignore) for start in starts[::-1]]
     assert_same_runs(runs, [run for single in alone for run in single])
 
 
