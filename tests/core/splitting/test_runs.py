@@ -171,7 +171,14 @@ def test_splitting_pays(runs_of, name, fidelity):
     runs = runs_of(name, fidelity=fidelity)
     gains = [run.scores[QUALITY] - run.trace.scores[0, QUALITY] for run in runs]
     assert np.mean(gains) > 1e-3
-    assert np.mean(np.array(gains) > 0) > 0.7  # some pay for being pulled to the surface
+
+
+@FIDELITY
+def test_splitting_pays_for_most_starts(runs_of, fidelity):
+    """Of all objects together: 16 starts of one are too few to tell 70 % from 75 %."""
+    runs = [run for name in NAMES for run in runs_of(name, fidelity=fidelity)]
+    gains = np.array([run.scores[QUALITY] - run.trace.scores[0, QUALITY] for run in runs])
+    assert np.mean(gains > 0) > 0.8  # some pay for being pulled to the surface
 
 
 @OBJECTS
