@@ -28,19 +28,27 @@ def in_threads(
         task: Called with a slice; with several threads, in any order. How items are sliced depends on ``threads``.
         count: Number of items.
         least: Items in the smallest slices.
-        threads: How many slices are worked on at a time; one works in the caller's own thread.
-        done: Called with the share that is done, 0..1, in the caller's thread.
+        threads: How many slices are worked on at a time, one of them always in the caller's own thread.
+        done: Called with the share of slices that are done, 0..1, in the caller's thread.
 
     Returns:
         What ``task`` returned, in the order of the slices.
     """
-    parts, results = list(_slices(count, least, threads)), []
+    parts = list(_slices(count, least, threads))
+    waiting, ended = iter(range(len(parts))), dict[int, Result]()
+
+    def work(report: Callable[[], None]) -> None:
+        for number in waiting:
+            ended[number] = task(parts[number])
+            report()
+
     done(0.0)
-    with ThreadPoolExecutor(threads) as pool:  # starts no thread until it is given something
-        for part, result in zip(parts, map(task, parts) if threads == 1 else pool.map(task, parts), strict=True):
-            results.append(result)
-            done(part.stop / count)
-    return results
+    with ThreadPoolExecutor(threads) as pool:
+        others = [pool.submit(work, lambda: None) for _ in range(threads - 1)]
+        work(lambda: done(len(ended) / len(parts)))
+        for other in others:
+            other.result()
+    return [ended[number] for number in range(len(parts))]
 
 
 def _slices(count: int, least: int, threads: int) -> Iterator[slice]:

@@ -115,7 +115,8 @@ def covering_spheres(kind: int, size: NDArray[np.float64]) -> tuple[NDArray[np.f
     insides = np.full(len(centers), (half / counts).min())
     if kind == CYLINDER:  # bricks at the corners of its box reach outside
         insides = np.clip(size[0] - np.linalg.norm(centers[:, :2], axis=1), 0.0, insides)
-    return centers, float(np.linalg.norm(half / counts)), insides
+    radius = bounding_radius(kind, size) if len(centers) == 1 else float(np.linalg.norm(half / counts))
+    return centers, radius, insides
 
 
 def shape_mesh(kind: int, size: NDArray[np.float64]) -> trimesh.Trimesh:

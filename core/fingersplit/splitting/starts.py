@@ -81,7 +81,8 @@ def choose_starts(
 
 def _spread(costs: NDArray[np.float64], pairs: NDArray[np.float64], count: int) -> list[int]:
     """Indices of the ``count`` lowest costs, each multiplied by how often its pair of contacts was met before."""
-    _, pair_of_grasp = np.unique(pairs.reshape(len(pairs), -1), axis=0, return_inverse=True)
+    whole = np.ascontiguousarray(pairs).reshape(len(pairs), -1).view(np.dtype((np.void, pairs[0].nbytes)))
+    _, pair_of_grasp = np.unique(whole[:, 0], return_inverse=True)
     order = np.argsort(costs, kind="stable")
     order = order[np.isfinite(costs[order])]
     pair = pair_of_grasp[order % len(pairs)]
