@@ -60,12 +60,12 @@ class Run:
     @property
     def violations(self) -> tuple[str, ...]:
         """A sentence for every constraint the final grasp violates."""
-        return tuple(sentence for _, sentence in self._violated)
+        return () if self.feasible else tuple(sentence for _, sentence in self._violations())
 
     @property
     def termination(self) -> Termination:
         """Why it ended: the first violated constraint, or what stopped the search."""
-        return self._violated[0][0] if self._violated else _ENDS[self.outcome.end]
+        return _ENDS[self.outcome.end] if self.feasible else next(self._violations())[0]
 
     @cached_property
     def initial(self) -> Grasp:
@@ -99,10 +99,6 @@ class Run:
         states[0] = self.first
         split_fingers(self.problem, states, new_work(), rows)
         return Trace.from_rows(rows, len(self.hand.fingers), len(self.hand.joint_names))
-
-    @cached_property
-    def _violated(self) -> tuple[tuple[Termination, str], ...]:
-        return () if self.feasible else tuple(self._violations())
 
     def _violations(self) -> Iterator[tuple[Termination, str]]:
         settings, state = self.problem.settings, self.last

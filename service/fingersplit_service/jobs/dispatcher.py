@@ -17,7 +17,7 @@ from fingersplit_service.jobs.planning import JobOrder, JobOutcome
 from fingersplit_service.jobs.tasks import Tasks
 from fingersplit_service.jobs.views import ViewOrder, draw_in_advance
 from fingersplit_service.jobs.watch import Progress, Watch
-from fingersplit_service.jobs.worker import Report
+from fingersplit_service.jobs.worker import Report, execute_behind
 from fingersplit_service.operations.logs import log_context
 from fingersplit_service.operations.metrics import Metrics
 from fingersplit_service.operations.tracing import span
@@ -28,6 +28,8 @@ __all__ = ["Dispatcher"]
 
 _log = logging.getLogger(__name__)
 _RETRY, _LONGEST_RETRY = 0.1, 5.0  # pauses between attempts to write to the database [s]
+_PAUSE = 0.01  # [s] for the answer, and for the next job of the same client, before a run is recorded
+_NICE_RECORDING = 10  # a job that runs meanwhile comes first
 _KEPT_LATE = "The database could not be written when the job ended; its result was kept later."
 _NOT_RECORDED = "The worker met a fault while it wrote what pictures and recordings need; there will be none."
 
@@ -190,9 +192,12 @@ class Dispatcher:
 
     async def _record(self, turn: Turn, job: JobRow, pictured: int | None) -> None:
         """Have the worker write what pictures need, while the answer is on its way and another has the next job."""
+        if not self._queue.more:
+            await asyncio.sleep(_PAUSE)
         deadline = self._settings.picture_deadline_s
         try:
-            warnings = await turn.worker.run(self._work.record, self._storage, job.id, deadline_s=deadline)
+            arguments = self._work.record, self._storage, job.id
+            warnings = await turn.worker.run(execute_behind, _NICE_RECORDING, *arguments, deadline_s=deadline)
         except WorkerDied:
             _log.warning("Job %s was not recorded: its worker died.", job.id)
             warnings = [_NOT_RECORDED]

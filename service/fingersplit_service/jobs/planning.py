@@ -5,6 +5,8 @@ import time
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from pydantic_core import to_json
+
 from fingersplit_service.findings import Finding
 from fingersplit_service.jobs.stored_objects import convex_pieces, planner_settings, prepared_object
 from fingersplit_service.jobs.views import best_rank
@@ -14,7 +16,7 @@ from fingersplit_service.storage import Storage
 if TYPE_CHECKING:
     from fingersplit.plan import Plan
 
-__all__ = ["JobOrder", "JobOutcome", "plan_job", "record_job", "verify_plan"]
+__all__ = ["JobOrder", "JobOutcome", "plan_job", "record_job", "strict_json", "verify_plan"]
 
 _SHARE_OF_DEADLINE = 0.8  # after which nothing more is verified, so that the worker is not killed with its results
 _unrecorded: dict[str, tuple["Plan", str]] = {}  # the plan of the last job and its document, until it is recorded
@@ -77,7 +79,7 @@ def plan_job(storage: Storage, order: JobOrder) -> JobOutcome:
         planned = verify_plan(storage, order.object_id, planned, asked, time_to_verify)
     _unrecorded.clear()  # of a job that was cancelled before its recording
     document = planned.to_document()
-    result = json.dumps(document, allow_nan=False, separators=(",", ":"))
+    result = strict_json(document)
     if asked["recording"]:
         _unrecorded[order.job_id] = planned, result
     ranked = document["grasps"]
@@ -91,6 +93,14 @@ def plan_job(storage: Storage, order: JobOrder) -> JobOutcome:
     )
     pictured = best_rank(ranked) if asked["recording"] else None
     return JobOutcome(finding, document["timings_ms"], simulated, pictured, asked["recording"])
+
+
+def strict_json(document: dict[str, Any]) -> str:
+    """A document as compact JSON; a number that JSON does not have raises ``ValueError``."""
+    text = to_json(document)  # six times as fast as the standard library, but not strict
+    if b"NaN" in text or b"Infinity" in text:
+        return json.dumps(document, allow_nan=False, separators=(",", ":"))
+    return text.decode()
 
 
 def verify_plan(storage: Storage, object_id: str, planned: "Plan", asked: dict[str, Any], until: float) -> "Plan":
