@@ -38,5 +38,5 @@ def test_an_exception_of_a_slice_reaches_the_caller(threads: int) -> None:
     def fail(part: slice) -> None:
         raise ValueError(f"slice at {part.start}")
 
-    with pytest.raises(ValueError, match="slice at 0"):
+    with pytest.raises(ValueError, match=r"slice at \d"):
         in_threads(fail, 8, 2, threads)
