@@ -111,6 +111,13 @@ def _add_links(paths: dict[str, Any]) -> None:
             }
             for name, operation in users.items()
         }
+        if maker == "/v1/objects":
+            plan = paths["/v1/jobs"]["post"]
+            links[plan["operationId"]] = {
+                "operationId": plan["operationId"],
+                "requestBody": {"object_id": "$response.body#/id"},
+                "description": f"{plan['summary']}: `object_id` in its body is this answer's `id`.",
+            }
         for status, answer in paths[maker]["post"]["responses"].items():
             if status.startswith("2"):
                 answer["links"] = links
