@@ -171,8 +171,12 @@ def _is_at(path: Path, file: IO[bytes]) -> bool:
 
 
 def _write(file: IO[bytes], arrays: Arrays) -> None:
-    table, offset = dict[str, Any](), 0
+    table, offset, written = dict[str, Any](), 0, dict[int, str]()
     for name, array in arrays.items():
+        if id(array) in written:  # one array under several names is kept once
+            table[name] = table[written[id(array)]]
+            continue
+        written[id(array)] = name
         offset = _aligned(offset)
         descriptor = repr(np.lib.format.dtype_to_descr(array.dtype))  # records too, as in an .npy file
         table[name] = {"dtype": descriptor, "shape": array.shape, "offset": offset, "crc": zlib.crc32(_bytes(array))}
@@ -180,9 +184,9 @@ def _write(file: IO[bytes], arrays: Arrays) -> None:
     text = json.dumps({"arrays": table, "length": offset}).encode()
     file.write(_MAGIC + len(text).to_bytes(4, "little") + zlib.crc32(text).to_bytes(4, "little") + text)
     start = _aligned(_HEADER + len(text))
-    for name, array in arrays.items():
+    for name in written.values():
         file.seek(start + table[name]["offset"])
-        file.write(_bytes(array))
+        file.write(_bytes(arrays[name]))
     file.truncate(start + offset)
     file.flush()
 
@@ -198,16 +202,21 @@ def _map(file: IO[bytes]) -> Arrays:
     if mapped[:8] != _MAGIC or len(text) != length or zlib.crc32(text) != checksum:
         raise ValueError("not a cache entry")
     header, start, arrays = json.loads(text), _aligned(_HEADER + length), dict[str, NDArray[Any]]()
+    read = dict[tuple[int, str, tuple[int, ...]], NDArray[Any]]()
     if len(mapped) != start + header["length"]:
         raise ValueError("cut off")
     for name, entry in header["arrays"].items():
         dtype, shape = np.lib.format.descr_to_dtype(ast.literal_eval(entry["dtype"])), tuple(entry["shape"])
+        place = entry["offset"], entry["dtype"], shape
+        if place in read:
+            arrays[name] = read[place]
+            continue
         count = int(np.prod(shape, dtype=np.int64))
         array = np.frombuffer(mapped, dtype, count, start + entry["offset"]) if count else np.empty(0, dtype)
         array.setflags(write=False)
         if zlib.crc32(_bytes(array)) != entry["crc"]:
             raise ValueError("damaged")
-        arrays[name] = array.reshape(shape)
+        arrays[name] = read[place] = array.reshape(shape)
     return arrays
 
 

@@ -261,3 +261,12 @@ for _ in range(150):
         worker.communicate(timeout=120)
     assert [worker.returncode for worker in workers] == [0] * 4
     assert sum(path.stat().st_size for path in tmp_path.iterdir()) <= 300_000 + 4 * 65_000
+
+
+def test_one_array_under_two_names_is_kept_once(tmp_path):
+    cache, array = ContentCache(tmp_path, 10**9), np.arange(100_000.0)
+    arrays = cache.fetch("twice", lambda: {"a": array, "b": array, "c": array[:10].copy()})
+    assert arrays["a"] is arrays["b"]
+    np.testing.assert_array_equal(arrays["b"], np.arange(100_000.0))
+    np.testing.assert_array_equal(arrays["c"], np.arange(10.0))
+    assert sum(path.stat().st_size for path in tmp_path.iterdir()) < 1.1 * array.nbytes
