@@ -28,8 +28,8 @@ CONE_HEIGHT = 0.018
 """Length of the drawn friction cones [m]."""
 NORMAL_LENGTH = 0.03
 """[m]"""
-FERRARI_CANNY_ROWS = 4
-"""Taking this metric costs milliseconds, so it is shown at so many states, spread evenly from the first to the last."""
+FERRARI_CANNY_ROWS = 16
+"""It costs half a millisecond, so it is taken at so many states, spread evenly from the first to the last."""
 
 
 def record_planning(stream: rr.RecordingStream, trace: Trace, model: ObjectModel, hand: Hand, friction: float) -> None:
