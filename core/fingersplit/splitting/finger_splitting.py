@@ -31,7 +31,8 @@ def split_fingers(problem, states, work, trace):
 
     Args:
         problem: ``Problem``.
-        states: Three ``STATE`` records: the first holds the mapped start (line 2), and the final grasp on return.
+        states: Three ``STATE`` records: the first holds the mapped start (line 2), and on return the grasp it ends
+            with, as the search knows it; ``inspect_grasp`` looks at it last.
         work: ``WORK`` record.
         trace: ``TraceRows``, appended to.
 
