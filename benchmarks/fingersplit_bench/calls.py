@@ -9,9 +9,9 @@ from fingersplit.objects.model import ObjectModel
 from fingersplit.parallel_grasps.grasp_set import ParallelGrasps
 from fingersplit.parallel_grasps.parallel_grasp import ParallelGrasp
 from fingersplit.parallel_grasps.sources import find_parallel_grasps
-from fingersplit.plan import Plan
-from fingersplit.planning import plan
-from fingersplit.splitting.run import Run
+from fingersplit.planning.plan import Plan
+from fingersplit.planning.planning import plan
+from fingersplit.planning.run import Run
 from fingersplit.splitting.settings import PlannerSettings
 
 __all__ = ["FIDELITIES", "antipodal_grasps", "paired_runs", "plan_once", "settings_of", "warm_up"]

@@ -8,7 +8,7 @@ from fingersplit_bench.suite import Bench
 
 __all__ = ["PAPER_CASES", "Case", "Published", "cases_of", "parallel_grasps_of"]
 
-LEAST_COSINE = 0.5
+MIN_COSINE = 0.5
 """An approach belongs to a side when it is within 60 degrees of it."""
 
 
@@ -43,8 +43,8 @@ class Case:
         """Whether a parallel grasp approaches from this case's side; z of the object frame is up."""
         down = -float(grasp.approach[2])
         if self.side == "beside":
-            return abs(down) < LEAST_COSINE
-        return (down if self.side == "above" else -down) >= LEAST_COSINE
+            return abs(down) < MIN_COSINE
+        return (down if self.side == "above" else -down) >= MIN_COSINE
 
 
 PAPER_CASES = (

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from fingersplit.grasp import Grasp
-from fingersplit.splitting.run import Run
+from fingersplit.planning.run import Run
 from fingersplit.verification.protocol import DEFAULT_FRICTION, Protocol
 from fingersplit.verification.protocols import load_protocol
 from fingersplit_bench.suite import table

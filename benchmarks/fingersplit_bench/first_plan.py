@@ -14,7 +14,7 @@ def main() -> None:
     from fingersplit.hands.hand import load_hand
     from fingersplit.objects.model import prepare_object
     from fingersplit.objects.parametric import mug
-    from fingersplit.planning import plan
+    from fingersplit.planning.planning import plan
 
     plan(prepare_object(mug(), "mug"), load_hand("barrett"), starts=STARTS)
     print(perf_counter() - began)

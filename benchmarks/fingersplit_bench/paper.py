@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingersplit.objects.model import ObjectModel
-from fingersplit.plan import Plan
-from fingersplit.splitting.run import Run
+from fingersplit.planning.plan import Plan
+from fingersplit.planning.run import Run
 from fingersplit_bench.calls import FIDELITIES, paired_runs, plan_once, settings_of, warm_up
 from fingersplit_bench.cases import Case, cases_of, parallel_grasps_of
 from fingersplit_bench.paper_tables import PUBLISHED_STAGES, STAGES, gain_table, table_one, table_two

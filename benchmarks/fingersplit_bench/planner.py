@@ -11,7 +11,7 @@ from typing import TypeVar
 from fingersplit.objects.mesh import Mesh
 from fingersplit.objects.model import ObjectModel, prepare_object
 from fingersplit.objects.parametric import mug
-from fingersplit.plan import Plan
+from fingersplit.planning.plan import Plan
 from fingersplit_bench.calls import plan_once, warm_up
 from fingersplit_bench.machine import on_core
 from fingersplit_bench.published import compare_with_published

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from fingersplit.contacts.metrics import WrenchSpace, ferrari_canny, isotropy, volume
 from fingersplit.objects.model import ObjectModel
-from fingersplit.quality.metrics import WrenchSpace, ferrari_canny, isotropy, volume
 from fingersplit.splitting.trace import Trace
 
 __all__ = ["METRICS", "mean_and_deviation", "metric_profiles", "normalised", "resampled"]

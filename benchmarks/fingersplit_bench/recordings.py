@@ -17,7 +17,7 @@ from fingersplit.hands.hand import Hand
 from fingersplit.objects.convex_pieces import decompose
 from fingersplit.objects.mesh import Mesh
 from fingersplit.objects.model import ObjectModel, prepare_object
-from fingersplit.proving import prove
+from fingersplit.planning.proving import prove
 from fingersplit.recording.recorded_run import RecordedRun
 from fingersplit.recording.run_recording import write_recording
 from fingersplit.recording.shading import shade_object

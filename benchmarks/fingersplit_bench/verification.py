@@ -11,7 +11,7 @@ from fingersplit.objects.convex_pieces import ConvexPieces
 from fingersplit.objects.mesh import Mesh
 from fingersplit.objects.model import prepare_object
 from fingersplit.objects.options import ObjectOptions
-from fingersplit.planning import plan
+from fingersplit.planning.planning import plan
 from fingersplit.verification import Verification, verify
 from fingersplit.verification.protocol import DEFAULT_FRICTION, Protocol
 from fingersplit.verification.protocols import available_protocols

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from fingersplit.quality.metrics import WrenchSpace, ferrari_canny, isotropy, volume
+from fingersplit.contacts.metrics import WrenchSpace, ferrari_canny, isotropy, volume
 from fingersplit_bench.calls import plan_once
 from fingersplit_bench.profiles import METRICS, mean_and_deviation, metric_profiles, normalised, resampled
 

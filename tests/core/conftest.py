@@ -18,9 +18,9 @@ from fingersplit.hands.shapes import BOX, CAPSULE, CYLINDER
 from fingersplit.objects.mesh import Mesh
 from fingersplit.objects.model import ObjectModel
 from fingersplit.parallel_grasps.antipodal import sample_antipodal
-from fingersplit.splitting.run import Run
+from fingersplit.planning.run import Run
+from fingersplit.planning.starts import Start, build_problem, choose_starts, split_starts
 from fingersplit.splitting.settings import PlannerSettings
-from fingersplit.splitting.starts import Start, build_problem, choose_starts, split_starts
 from fingersplit.splitting.state import Problem
 from fingersplit.transforms import rotation_to_axis
 

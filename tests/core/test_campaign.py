@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fingersplit.objects.surface import touch
-from fingersplit.planning import plan
+from fingersplit.planning.planning import plan
 from fingersplit_client.schemas import PlanResult
 
 pytestmark = pytest.mark.campaign

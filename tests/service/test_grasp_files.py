@@ -8,7 +8,7 @@ import httpx2
 import numpy as np
 import pytest
 
-from fingersplit.parallel_grasps.importers import IMPORT_FORMATS
+from fingersplit.formats.importing import IMPORT_FORMATS
 from fingersplit_client.schemas import GraspFormat, ImportedGraspSet
 
 pytestmark = pytest.mark.anyio

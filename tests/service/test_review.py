@@ -9,7 +9,7 @@ from typing import get_args
 import pytest
 from fake_tasks import FINE, NO_GRASP, WAITS
 
-from fingersplit.exchange import EXPORT_FORMATS
+from fingersplit.formats import EXPORT_FORMATS
 from fingersplit_client.schemas import GraspCurve, Problem
 from fingersplit_service.review.exports import FormatName
 

@@ -7,7 +7,7 @@ from fingersplit.hands.hand import Hand
 
 __all__ = ["manipulability", "object_quality", "pads_in_palm", "rotation_about_z"]
 
-LEAST_AREA = 1e-12
+MIN_AREA = 1e-12
 """Added under the root of the doubled triangle area, so that it has a gradient where a triangle has none [m^4]."""
 
 
@@ -32,7 +32,7 @@ def pads_in_palm(hand: Hand, joints: casadi.MX) -> list[casadi.MX]:
 def object_quality(contacts: casadi.MX) -> casadi.MX:
     """Q_o of [Fan2018]: twice the area of the triangle of three contacts, columns of (3, 3) [m^2]."""
     spanned = casadi.cross(contacts[:, 1] - contacts[:, 0], contacts[:, 2] - contacts[:, 0])
-    return casadi.sqrt(casadi.sumsqr(spanned) + LEAST_AREA)
+    return casadi.sqrt(casadi.sumsqr(spanned) + MIN_AREA)
 
 
 def manipulability(hand: Hand, joints: casadi.MX) -> casadi.MX:

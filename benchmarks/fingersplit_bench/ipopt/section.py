@@ -6,8 +6,8 @@ from time import perf_counter
 from typing import Any
 
 from fingersplit.objects.model import ObjectModel, prepare_object
-from fingersplit.plan import Plan
-from fingersplit.splitting.run import Run
+from fingersplit.planning.plan import Plan
+from fingersplit.planning.run import Run
 from fingersplit_bench.calls import FIDELITIES, paired_runs, plan_once, settings_of, warm_up
 from fingersplit_bench.cases import Case, cases_of, parallel_grasps_of
 from fingersplit_bench.ipopt.implicit_surface import fit_surface

@@ -26,7 +26,7 @@ CAPSULE = 3
 CYLINDER = 5
 BOX = 6
 
-_LEAST_SIDE = 0.018
+_MIN_SIDE = 0.018
 """[m]; covering spheres of flat shapes are not made smaller than a cube of this side needs."""
 
 
@@ -108,7 +108,7 @@ def covering_spheres(kind: int, size: NDArray[np.float64]) -> tuple[NDArray[np.f
         centers = np.column_stack([np.zeros(count), np.zeros(count), heights])
         return centers, math.hypot(size[0], size[1] / (count - 1)), np.full(count, size[0])
     half = np.array([size[0], size[0], size[1]]) if kind == CYLINDER else size
-    side = max(2 * half.min(), _LEAST_SIDE)
+    side = max(2 * half.min(), _MIN_SIDE)
     counts = np.maximum(np.ceil(2 * half / (1.2 * side)).astype(int), 1)
     axes = [h * (2 * np.arange(n) + 1 - n) / n for h, n in zip(half, counts, strict=True)]
     centers = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)

@@ -24,7 +24,7 @@ PIECES = 64
 PIECE_VERTICES = 64
 RECURSION = 7
 FILLED_VOXELS = 25_000
-LEAST_VOXELS, MOST_VOXELS = 40_000, 200_000
+MIN_VOXELS, MAX_VOXELS = 40_000, 200_000
 """V-HACD lays its grid over a cube about the object, but its time goes with the voxels inside the object. Round objects
 fill half of the cube, scissors a hundredth: the grid is chosen for so many inside, within limits."""
 
@@ -97,7 +97,7 @@ def decompose(mesh: Mesh, pieces: int = PIECES, filled_voxels: int = FILLED_VOXE
         np.insert(faces, 0, 3, axis=1).astype(np.uint32).ravel(),
         maxConvexHulls=pieces,
         maxNumVerticesPerCH=PIECE_VERTICES,
-        resolution=int(np.clip(filled_voxels / max(fill, 1e-6), LEAST_VOXELS, MOST_VOXELS)),
+        resolution=int(np.clip(filled_voxels / max(fill, 1e-6), MIN_VOXELS, MAX_VOXELS)),
         maxRecursionDepth=RECURSION,
         asyncACD=False,
     )

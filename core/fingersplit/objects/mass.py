@@ -8,11 +8,11 @@ from numpy.typing import NDArray
 from fingersplit.objects.mesh import Mesh
 from fingersplit.objects.options import ObjectOptions
 
-__all__ = ["ASSUMED_DENSITY", "LARGEST_ASSUMED_MASS", "MassProperties", "mass_properties"]
+__all__ = ["ASSUMED_DENSITY", "MAX_ASSUMED_MASS", "MassProperties", "mass_properties"]
 
 ASSUMED_DENSITY = 500.0
 """Where neither density nor mass is known [kg/m^3]."""
-LARGEST_ASSUMED_MASS = 0.5
+MAX_ASSUMED_MASS = 0.5
 """Most that the assumed density may make of an object [kg]."""
 
 
@@ -40,7 +40,7 @@ def mass_properties(mesh: Mesh, options: ObjectOptions) -> MassProperties:
     elif options.density is not None:
         mass = options.density * volume
     else:
-        mass = min(ASSUMED_DENSITY * volume, LARGEST_ASSUMED_MASS)
+        mass = min(ASSUMED_DENSITY * volume, MAX_ASSUMED_MASS)
     spread = mesh.second_moment
     inertia = mass * (np.trace(spread) * np.eye(3) - spread)
     return MassProperties(mass, volume, mesh.center_of_mass, inertia)

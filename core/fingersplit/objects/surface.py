@@ -24,13 +24,13 @@ from fingersplit.objects.mesh import Mesh
 from fingersplit.objects.scatter import scatter
 from fingersplit.vectors import add, cross, dot, get, norm, scale, subtract
 
-__all__ = ["LARGEST_OVERHANG", "PACKING", "Surface", "closest", "distance_to_triangle", "sample_surface", "touch"]
+__all__ = ["MAX_OVERHANG", "PACKING", "Surface", "closest", "distance_to_triangle", "sample_surface", "touch"]
 
 TARGET_SAMPLES = 30_000
-SMALLEST_SPACING = 0.4e-3
+MIN_SPACING = 0.4e-3
 """[m]; small objects get fewer samples rather than closer ones."""
 
-SMALLEST_CELL = 3.5e-3
+MIN_CELL = 3.5e-3
 """[m]; queries come from pad centres, a pad's radius away, and would visit too many smaller cells."""
 
 PACKING = 0.52
@@ -40,7 +40,7 @@ CANDIDATES_PER_SAMPLE = 6
 SHARP_EDGE = math.radians(50.0)
 """[rad]; normals that differ by more belong to different sides of an edge and are not blended."""
 
-LARGEST_OVERHANG = 0.2e-3
+MAX_OVERHANG = 0.2e-3
 """[m]; a sample whose tangent plane leaves the surface by more, within a spacing, has a crease beside it."""
 
 
@@ -64,12 +64,12 @@ class Surface(NamedTuple):
 
 def sample_surface(mesh: Mesh) -> Surface:
     """Cover a mesh evenly with about ``TARGET_SAMPLES`` samples; the same mesh always gives the same samples."""
-    spacing = max(math.sqrt(PACKING * mesh.area / TARGET_SAMPLES), SMALLEST_SPACING)
+    spacing = max(math.sqrt(PACKING * mesh.area / TARGET_SAMPLES), MIN_SPACING)
     count = int(CANDIDATES_PER_SAMPLE * PACKING * mesh.area / spacing**2)
     candidates, faces = scatter(mesh, count, np.random.default_rng(0))
     kept = thin_evenly(candidates, spacing)
     radius = 2.5 * spacing
-    grid, order = build_grid(candidates[kept], max(radius, SMALLEST_CELL))
+    grid, order = build_grid(candidates[kept], max(radius, MIN_CELL))
     triangles = mesh.vertices[mesh.faces[faces[kept][order]]]
     flat_normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     flat_normals /= np.linalg.norm(flat_normals, axis=1, keepdims=True)
@@ -82,7 +82,7 @@ def sample_surface(mesh: Mesh) -> Surface:
 
 @kernel
 def _find_creases(grid, normals, radius, spacing):
-    """Samples whose tangent plane, a spacing away, is ``LARGEST_OVERHANG`` beyond that of a sample within ``radius``.
+    """Samples whose tangent plane, a spacing away, is ``MAX_OVERHANG`` beyond that of a sample within ``radius``.
 
     Two planes meet in a line; beyond it they part by the sine of the angle between their normals.
     """
@@ -97,7 +97,7 @@ def _find_creases(grid, normals, radius, spacing):
                     offset = subtract(get(grid.points, j), sample)
                     if dot(offset, offset) < radius * radius:
                         turned = norm(cross(normal, get(normals, j)))
-                        if spacing * turned - abs(dot(offset, get(normals, j))) > LARGEST_OVERHANG:
+                        if spacing * turned - abs(dot(offset, get(normals, j))) > MAX_OVERHANG:
                             creased[i] = True
     return creased
 

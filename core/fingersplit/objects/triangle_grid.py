@@ -13,7 +13,7 @@ from fingersplit.vectors import cross, get, norm, scale, subtract
 __all__ = ["TriangleGrid", "bin_triangles", "cast", "cast_rays", "face_normal"]
 
 CELLS_PER_TRIANGLE = 4.0
-SMALLEST_SHARE = 1 / 256
+MIN_SHARE = 1 / 256
 """Least edge of a cell as a share of the longest side of the bounding box."""
 MARGIN = 1e-6
 """Share of a cell by which triangles are binned more widely than they are, so that rounding loses no crossing."""
@@ -46,7 +46,7 @@ def bin_triangles(mesh: Mesh) -> TriangleGrid:
     sides = mesh.extents
     longest = float(sides.max())
     volume = float(np.maximum(sides, 0.01 * longest).prod())
-    cell = max((volume / (CELLS_PER_TRIANGLE * len(mesh.faces))) ** (1 / 3), SMALLEST_SHARE * longest)
+    cell = max((volume / (CELLS_PER_TRIANGLE * len(mesh.faces))) ** (1 / 3), MIN_SHARE * longest)
     x, y, z = (mesh.bounds[0] - MARGIN * cell).tolist()
     nx, ny, nz = (np.floor(sides / cell + 2 * MARGIN).astype(np.int64) + 1).tolist()
     starts, members = _bin(mesh.vertices, mesh.faces, (x, y, z), cell, (nx, ny, nz))

@@ -11,12 +11,12 @@ from fingersplit.parallel_grasps.grasp_set import ParallelGrasps
 from fingersplit.parallel_grasps.spread import COVERING, spread_pairs
 from fingersplit.threads import in_threads
 
-__all__ = ["LEAST_OPENING", "sample_antipodal"]
+__all__ = ["MIN_OPENING", "sample_antipodal"]
 
-LEAST_RAYS, RAYS_PER_PAIR = 640, 10
+MIN_RAYS, RAYS_PER_PAIR = 640, 10
 FOLLOWED = 64
 """Fewest rays that a thread follows at a time."""
-LEAST_OPENING = 2e-3
+MIN_OPENING = 2e-3
 """[m]; thinner than this a pad cannot be placed on both sides."""
 
 
@@ -48,10 +48,10 @@ def sample_antipodal(
     Returns:
         At most ``count * approaches`` grasps, the approaches of a pair next to each other; empty when no pair fits.
     """
-    rays = max(LEAST_RAYS, RAYS_PER_PAIR * count)
+    rays = max(MIN_RAYS, RAYS_PER_PAIR * count)
     draws = rng.random((rays, 3))
     draws[:, 0] = (np.arange(rays) + draws[:, 0]) / rays
-    least_cosine, narrowest = math.cos(math.atan(friction)), max(opening[0], LEAST_OPENING)
+    least_cosine, narrowest = math.cos(math.atan(friction)), max(opening[0], MIN_OPENING)
 
     def follow(part: slice) -> tuple[NDArray[np.float64], ...]:
         found: tuple[NDArray[np.float64], ...] = crossing_pairs(

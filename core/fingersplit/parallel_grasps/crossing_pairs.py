@@ -17,7 +17,7 @@ UNSEEN = 2.0
 """Spacings from the nearest sample beyond which a point is on a side of a cloud that was not seen."""
 FACING_AWAY = -0.5
 """Cosine below which a neighbour's normal belongs to another side of the object."""
-LEAST_EVENNESS = 0.85
+MIN_EVENNESS = 0.85
 """Mean cosine between the normals about a contact and its own below which it lies next to an edge."""
 
 
@@ -70,7 +70,7 @@ def crossing_pairs(triangles, surface, draws, least_cosine, narrowest, widest):
                 put(first, found, origin)
                 put(second, found, end)
                 seat = min(near, flat, smooth, even, even_end)
-                seats[found] = seat if min(even, even_end) >= LEAST_EVENNESS else seat - 1.0
+                seats[found] = seat if min(even, even_end) >= MIN_EVENNESS else seat - 1.0
                 found += 1
     return first[:found], second[:found], seats[:found]
 

@@ -28,7 +28,7 @@ from fingersplit.vectors import (
 __all__ = ["Fit", "fit_pads", "get_column", "new_fit", "pair_points", "palm_equations", "width_step"]
 
 ITERATIONS = 15
-LEAST_GAIN = 0.005
+MIN_GAIN = 0.005
 """Share by which an iteration has to lower the squared error for another one to follow."""
 NORMAL_WEIGHT = 0.01
 """alpha [m]: a radian between pad and surface costs as much as this distance."""
@@ -40,7 +40,7 @@ REACH = 8e-3
 """[m]; points farther than this from the surface do not count at all."""
 DAMPING = 1e-3
 """Share of the squared step that is added, so that a gripper does not drift where the fit leaves it free."""
-LARGEST_TURN, LARGEST_SHIFT = 0.3, 0.01
+MAX_TURN, MAX_SHIFT = 0.3, 0.01
 """Largest step of the palm fit [rad], [m]."""
 
 
@@ -113,12 +113,12 @@ def fit_pads(surface, pad, opening, wanted, fit):
     previous = math.inf
     for iteration in range(ITERATIONS):
         error = palm_equations(fit, get_column(fit.rotation, 2), wanted)
-        if error > (1.0 - LEAST_GAIN) * previous:
+        if error > (1.0 - MIN_GAIN) * previous:
             return iteration
         previous = error
         solve_positive_definite(fit.A, fit.b, 6)
         turn, shift = (fit.b[0, 0], fit.b[1, 0], fit.b[2, 0]), (fit.b[3, 0], fit.b[4, 0], fit.b[5, 0])
-        _move(fit, _at_most(turn, LARGEST_TURN), _at_most(shift, LARGEST_SHIFT))
+        _move(fit, _at_most(turn, MAX_TURN), _at_most(shift, MAX_SHIFT))
         _pose_pads(pad, fit)
         fit.width[0] = min(max(fit.width[0] + width_step(fit), opening[0]), opening[1])
         pair_points(surface, pad, fit)

@@ -16,13 +16,13 @@ __all__ = ["GripperBody", "body_points", "guided_fits"]
 
 TURNS = 8
 """Directions about the jaw axis from which a start may come."""
-LEAST_FACING = 0.5
+MIN_FACING = 0.5
 """Cosine between a start's jaw axis and the far side's normal, below which fitting would have to turn too far."""
 TOUCHING = 1e-3
 """[m]; a pad point this far above the surface rests on it."""
 ASTRAY = 3e-3
 """[m]; a pad point farther from its nearest object point reaches beyond the object."""
-LEAST_SEAT = 0.25
+MIN_SEAT = 0.25
 """Share of a pad that has to rest squarely on the surface."""
 
 
@@ -117,7 +117,7 @@ def _start(triangles, surface, coarse, sample, body, opening, draw, fit, distanc
     fitting = 0
     for k in range(crossings):
         facing = dot(face_normal(triangles, faces[k]), inward)
-        if distances[k] > max(opening[0], 2.0 * TOUCHING) and facing > LEAST_FACING:
+        if distances[k] > max(opening[0], 2.0 * TOUCHING) and facing > MIN_FACING:
             distances[fitting] = distances[k]
             fitting += 1
     if fitting == 0:
@@ -190,7 +190,7 @@ def _judge(surface, body, opening, least_cosine, fit, contacts):
         if distance > ASTRAY:
             return 0.0
         put(contacts, side, contact)
-    if worst < LEAST_SEAT or not _within_cones(contacts, least_cosine, opening, fit):
+    if worst < MIN_SEAT or not _within_cones(contacts, least_cosine, opening, fit):
         return 0.0
     return 0.0 if body_points(surface.grid.points, body, fit, 1) > 0 else worst
 

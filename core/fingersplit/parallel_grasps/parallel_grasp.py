@@ -10,9 +10,9 @@ from fingersplit.errors import ParallelGraspError
 
 __all__ = ["ParallelGrasp", "check_parallel_grasps"]
 
-LEAST_JAW = 1e-6
+MIN_JAW = 1e-6
 """[m]; contacts nearer than this coincide."""
-LEAST_SINE = 0.05
+MIN_SINE = 0.05
 """Least sine of the angle between the approach and the line between the contacts."""
 
 
@@ -72,10 +72,10 @@ def check_parallel_grasps(
         sines = np.linalg.norm(np.cross(jaws, units), axis=1) / widths
     finite = np.isfinite(contacts).all(axis=(1, 2)) & np.isfinite(approaches).all(axis=1)
     _refuse(~finite, "The numbers of {} must be finite.")
-    _refuse(widths < LEAST_JAW, "The two contacts of {} coincide; give points on opposite sides.")
+    _refuse(widths < MIN_JAW, "The two contacts of {} coincide; give points on opposite sides.")
     _refuse(lengths < 1e-9, "The approach of {} has no length; give a direction of travel.")
     _refuse(
-        ~(sines >= LEAST_SINE),
+        ~(sines >= MIN_SINE),
         "The approach of {} runs along the line between its contacts; give a direction across that line.",
     )
     for array in (contacts, units):

@@ -13,9 +13,9 @@ __all__ = ["Lift", "lift_indexes", "record_lift"]
 
 ARROW_LENGTH = 0.06
 """Of the largest contact force of a lift [m]."""
-LEAST_FORCE = 1e-3
+MIN_FORCE = 1e-3
 """Smaller contact forces are not drawn [N]."""
-MOST_FRAMES = 500
+MAX_FRAMES = 500
 """Of longer simulations every second, third ... frame is recorded."""
 
 
@@ -41,7 +41,7 @@ class Lift:
         series = (simulation.palm_positions, simulation.joints, simulation.object_positions, simulation.contact_forces)
         finite = np.logical_and.reduce([np.isfinite(one).reshape(len(one), -1).all(axis=1) for one in series])
         usable = len(finite) if finite.all() else int(finite.argmin())
-        frames = slice(0, usable, -(-usable // MOST_FRAMES) or None)
+        frames = slice(0, usable, -(-usable // MAX_FRAMES) or None)
         self.times: NDArray[np.float64] = simulation.times[frames]
         self.phases = [str(simulation.phase_names[phase]) for phase in simulation.phases[frames]]
         palms = Rotation.from_quat(simulation.palm_wxyz[frames], scalar_first=True)
@@ -88,8 +88,8 @@ def record_lift(
     """
     contacts, forces = lift.contacts[frames] + offset, lift.forces[frames]
     sizes = np.linalg.norm(forces, axis=2)
-    drawn = sizes > LEAST_FORCE
-    vectors = ARROW_LENGTH / max(float(sizes.max()), LEAST_FORCE) * forces[drawn]
+    drawn = sizes > MIN_FORCE
+    vectors = ARROW_LENGTH / max(float(sizes.max()), MIN_FORCE) * forces[drawn]
     arrows = rr.Arrows3D.columns(origins=contacts[drawn] - vectors, vectors=vectors)
     stream.send_columns(f"world/forces/{name}", indexes, arrows.partition(drawn.sum(axis=1)))
     for f, finger in enumerate(hand.fingers):

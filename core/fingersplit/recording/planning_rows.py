@@ -6,9 +6,9 @@ import numpy as np
 import rerun as rr
 from numpy.typing import NDArray
 
+from fingersplit.contacts.metrics import WrenchSpace, ferrari_canny
 from fingersplit.hands.hand import Hand
 from fingersplit.objects.model import ObjectModel
-from fingersplit.quality.metrics import WrenchSpace, ferrari_canny
 from fingersplit.recording import colors
 from fingersplit.recording.posing import turn_z_to
 from fingersplit.recording.surface_points import hit_points, reference_points
@@ -68,7 +68,7 @@ def phases_of(trace: Trace) -> list[tuple[str, int, int]]:
 def isotropies_and_volumes(
     contacts: NDArray[np.float64], center: NDArray[np.float64], radius: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """``isotropy`` and ``volume`` of ``quality.metrics`` for contacts (T, F, 3) [m] of many states, (T,) each."""
+    """``isotropy`` and ``volume`` of ``contacts.metrics`` for contacts (T, F, 3) [m] of many states, (T,) each."""
     arms = (contacts - center) / radius
     cross = np.cross(arms[:, :, None, :], np.eye(3))  # (T, F, 3 forces, 3): torque of each unit force
     torques = np.moveaxis(cross.reshape(len(contacts), -1, 3), 1, 2)  # (T, 3, 3 F)

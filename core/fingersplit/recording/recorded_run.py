@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any, Self
 
 from fingersplit.hands.hand import Hand
-from fingersplit.plan import PlannedGrasp
+from fingersplit.planning.plan import PlannedGrasp
 from fingersplit.recording.traces_file import StoredRun, load_run
 from fingersplit.splitting.trace import Trace
 from fingersplit.verification import Simulation, Verification

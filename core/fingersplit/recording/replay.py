@@ -11,8 +11,8 @@ from fingersplit.errors import ResultError
 from fingersplit.hands.hand import Hand
 from fingersplit.objects.model import ObjectModel
 from fingersplit.parallel_grasps.parallel_grasp import ParallelGrasp
-from fingersplit.plan import PlannedGrasp
-from fingersplit.planning import plan
+from fingersplit.planning.plan import PlannedGrasp
+from fingersplit.planning.planning import plan
 from fingersplit.splitting.settings import PlannerSettings
 
 __all__ = ["read_result", "replay"]

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from fingersplit.hands.hand import Hand
 from fingersplit.objects.model import ObjectModel
-from fingersplit.plan import PlannedGrasp
+from fingersplit.planning.plan import PlannedGrasp
 from fingersplit.recording.blueprint import choose_view, grasp_blueprint
 from fingersplit.recording.bodies import hand_entities, log_bodies
 from fingersplit.recording.lift_rows import Lift, lift_indexes, record_lift

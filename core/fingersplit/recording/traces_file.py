@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from fingersplit.plan import Plan, PlannedGrasp
+    from fingersplit.planning.plan import Plan, PlannedGrasp
 
 __all__ = ["StoredRun", "load_run", "save_traces"]
 

@@ -20,7 +20,7 @@ __all__ = [
 
 CONTINUE, STOPPED_RISING, REACHED_PAD_ANGLE, REACHED_COLLISION, REACHED_ITERATION_LIMIT = range(5)
 
-LEAST_PULL = 0.01
+MIN_PULL = 0.01
 """Share by which a step must shorten the largest residual to count as pulling."""
 
 
@@ -50,7 +50,7 @@ def _pulled(hand, settings, state, candidate):
     before, after = 0.0, 0.0
     for finger in range(hand.finger_count):
         before, after = max(before, state.residuals[finger]), max(after, candidate.residuals[finger])
-    return before > settings.contact_tolerance and after < (1.0 - LEAST_PULL) * before
+    return before > settings.contact_tolerance and after < (1.0 - MIN_PULL) * before
 
 
 @kernel

@@ -5,9 +5,9 @@ import math
 from fingersplit.compilation import kernel
 from fingersplit.hands.kernel import move_fingers
 from fingersplit.objects.surface import closest
-from fingersplit.quality.objective import manipulability_gradient, object_quality_gradient
 from fingersplit.splitting.acceptance import CONTINUE, REACHED_ITERATION_LIMIT, judge
 from fingersplit.splitting.clock import seconds
+from fingersplit.splitting.objective import manipulability_gradient, object_quality_gradient
 from fingersplit.splitting.potential import add_penalty_gradient
 from fingersplit.splitting.state import attach_contacts, evaluate, measure_collision
 from fingersplit.splitting.trace import CPO, record, record_contact_steps

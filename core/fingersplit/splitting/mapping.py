@@ -30,7 +30,7 @@ REACH_SCALE = 2e-3
 """[m]; a fingertip this far from its contact costs 1."""
 SCREENING_REACH_SCALE = 30e-3
 """[m]; the same before the fingertips have moved."""
-FARTHEST_TABLED = 0.01
+MAX_TABLED = 0.01
 """[m]; entries of the jaw table whose pads stay farther from the contacts are out of reach."""
 CLEARANCE_SCALE = 2e-3
 """[m]; a link this deep in the object costs 1."""
@@ -72,7 +72,7 @@ def screen_grasp(problem, table, first, second, approach, states, work, costs, c
         _aim(problem, table, p, first, second, lateral, state)
         for h in range(len(table.standoffs)):
             combinations[p, h] = math.inf
-            if table.errors[p, w, h] < FARTHEST_TABLED:
+            if table.errors[p, w, h] < MAX_TABLED:
                 _place(hand, table, p, w, h, lateral, jaw, forward, middle, state)
                 evaluate(hand, settings, state)
                 combinations[p, h] = _cost(hand, state, SCREENING_REACH_SCALE)

@@ -9,9 +9,9 @@ import math
 
 from fingersplit.compilation import kernel
 from fingersplit.hands.kernel import move_fingers
-from fingersplit.quality.objective import manipulability_gradient
 from fingersplit.splitting.acceptance import CONTINUE, REACHED_ITERATION_LIMIT, judge
 from fingersplit.splitting.clock import seconds
+from fingersplit.splitting.objective import manipulability_gradient
 from fingersplit.splitting.potential import add_penalty_gradient
 from fingersplit.splitting.state import evaluate, pad_target
 from fingersplit.splitting.trace import PPO, record

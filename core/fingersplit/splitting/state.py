@@ -15,9 +15,9 @@ from fingersplit.hands.kernel import (
 from fingersplit.objects.grid import PointGrid
 from fingersplit.objects.signed_distance import DistanceGrid
 from fingersplit.objects.surface import Surface, closest
-from fingersplit.quality.objective import manipulability, object_quality
 from fingersplit.splitting.clock import seconds
 from fingersplit.splitting.collision import measure_clearances
+from fingersplit.splitting.objective import manipulability, object_quality
 from fingersplit.splitting.potential import penalty
 from fingersplit.vectors import add, angle_between, get, norm, put, scale, subtract
 

@@ -11,7 +11,7 @@ DAMPING = 1e-3
 ACTIVE_SET_ROUNDS = 12
 """More than the four joints of a finger ever need."""
 
-LEAST_PULL_BACK = 1e-15
+MIN_PULL_BACK = 1e-15
 """[m^2/rad]; rounding, not a pull."""
 
 STATIONARY = 1e-9
@@ -105,7 +105,7 @@ def _let_go(J, count, target, highest, held, steps):
     gap = scale(-1.0, target)
     for i in range(count):
         gap = add(gap, scale(steps[i], (J[0, i], J[1, i], J[2, i])))
-    strongest, strongest_pull = -1, LEAST_PULL_BACK
+    strongest, strongest_pull = -1, MIN_PULL_BACK
     for i in range(count):
         if held[i]:
             slope = dot((J[0, i], J[1, i], J[2, i]), gap) + DAMPING * DAMPING * steps[i]

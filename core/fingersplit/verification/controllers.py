@@ -11,8 +11,8 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from fingersplit.contacts.grip import Grip
 from fingersplit.errors import SettingsError
-from fingersplit.verification.grip import Grip
 from fingersplit.verification.protocol import setting
 from fingersplit.verification.scene import Scene
 from fingersplit.verification.scene_parts import FINGER_SERVOS, JOINT_SERVOS

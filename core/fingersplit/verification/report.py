@@ -6,7 +6,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from fingersplit.verification.grip import Grip
+from fingersplit.contacts.grip import Grip
 
 __all__ = ["BranchReport", "PhaseReport", "Reason", "Simulation", "Verification"]
 

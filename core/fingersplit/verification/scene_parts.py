@@ -41,7 +41,7 @@ CONDIM, SOLREF, SOLIMP = 4, [0.005, 1], [0.9, 0.95, 0.001, 0.5, 2]
 """Contacts pass sliding and torsional friction; stiff, since a soft one lets a held object creep."""
 
 _FOUND_FORCE_POSITION, _DISTANCE = 1 | 2 | 16, 8  # data of a contact sensor
-_LEAST_DISTANCE, _NET_FORCE = 1, 3  # its ways to reduce many contacts to one
+_MIN_DISTANCE, _NET_FORCE = 1, 3  # its ways to reduce many contacts to one
 
 
 def finger_chains(spec: Any, hand: Hand) -> list[list[str]]:
@@ -119,7 +119,7 @@ def add_sensors(spec: Any, hand: Hand, chains: list[list[str]]) -> None:
     subtree, alone = mujoco.mjtObj.mjOBJ_XBODY, mujoco.mjtObj.mjOBJ_BODY
     for name, part in [*((chain[0], subtree) for chain in chains), (hand.palm, alone)]:
         _add_contact_sensor(spec, name, part, [_FOUND_FORCE_POSITION, _NET_FORCE, 1])
-    _add_contact_sensor(spec, hand.palm, subtree, [_DISTANCE, _LEAST_DISTANCE, 1])
+    _add_contact_sensor(spec, hand.palm, subtree, [_DISTANCE, _MIN_DISTANCE, 1])
     for name in hand.joint_names:
         spec.add_sensor(type=mujoco.mjtSensor.mjSENS_JOINTACTFRC, objtype=mujoco.mjtObj.mjOBJ_JOINT, objname=name)
 

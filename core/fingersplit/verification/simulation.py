@@ -8,8 +8,8 @@ import numpy as np
 from mujoco.rollout import Rollout
 from numpy.typing import NDArray
 
+from fingersplit.contacts.grip import Grip
 from fingersplit.verification.controllers import Controller
-from fingersplit.verification.grip import Grip
 from fingersplit.verification.protocol import Branch, Phase
 from fingersplit.verification.scene import Scene
 from fingersplit.verification.scene_parts import CARRIAGE_FREQUENCY

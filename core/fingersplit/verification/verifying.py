@@ -10,13 +10,13 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from fingersplit.contacts.grip import Grip, GripProblem, least_grip
 from fingersplit.errors import SettingsError
 from fingersplit.grasp import Grasp
 from fingersplit.hands.hand import Hand
 from fingersplit.objects.convex_pieces import ConvexPieces
 from fingersplit.objects.model import ObjectModel
 from fingersplit.verification.controllers import Controller, load_controller
-from fingersplit.verification.grip import Grip, GripProblem, least_grip
 from fingersplit.verification.judging import film, judge_branch, measure_phase
 from fingersplit.verification.protocol import DEFAULT_FRICTION, Phase, Protocol
 from fingersplit.verification.protocols import load_protocol

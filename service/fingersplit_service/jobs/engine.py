@@ -23,7 +23,7 @@ _LONGEST_PAUSE = 30.0  # between attempts to start a worker [s]
 _REMEMBERED_OBJECTS = 8  # that a worker is taken to have ready
 _NICE_IDLING = 19  # work in advance takes what nobody else wants
 _NICE_STARTING = 10  # a worker that starts while others work gets at least a tenth of a core
-_MOST_IDLE_WORK = 200  # that waits; older work is forgotten
+_MAX_IDLE_WORK = 200  # that waits; older work is forgotten
 
 
 class Priority(IntEnum):
@@ -95,7 +95,7 @@ class Engine:
         self._warm_slots: set[WorkerSlot] = set()
         self._was_warm = asyncio.Event()  # once as many were warm as work at once
         self._keepers: list[asyncio.Task[None]] = []
-        self._idle_work = deque[tuple[Callable[..., Any], tuple[Any, ...], float]](maxlen=_MOST_IDLE_WORK)
+        self._idle_work = deque[tuple[Callable[..., Any], tuple[Any, ...], float]](maxlen=_MAX_IDLE_WORK)
         self._idlers: set[asyncio.Task[None]] = set()
 
     @property

@@ -14,7 +14,7 @@ from fingersplit_service.jobs.worker import report_progress
 from fingersplit_service.storage import Storage
 
 if TYPE_CHECKING:
-    from fingersplit.plan import Plan
+    from fingersplit.planning.plan import Plan
 
 __all__ = ["JobOrder", "JobOutcome", "plan_job", "record_job", "strict_json", "verify_plan"]
 
@@ -56,7 +56,7 @@ def plan_job(storage: Storage, order: JobOrder) -> JobOutcome:
     """Plan what a job asks for and verify what it wants verified; `record_job` keeps what its pictures need."""
     from fingersplit.hands.hand import load_hand
     from fingersplit.parallel_grasps.parallel_grasp import ParallelGrasp
-    from fingersplit.planning import plan
+    from fingersplit.planning.planning import plan
 
     asked = json.loads(order.request)
     time_to_verify = time.monotonic() + _SHARE_OF_DEADLINE * order.deadline_s
@@ -105,7 +105,7 @@ def strict_json(document: dict[str, Any]) -> str:
 
 def verify_plan(storage: Storage, object_id: str, planned: "Plan", asked: dict[str, Any], until: float) -> "Plan":
     """Simulate ranked grasps until as many have held as the job asks for, or the monotonic clock says ``until``."""
-    from fingersplit.proving import prove
+    from fingersplit.planning.proving import prove
 
     report_progress("convex_pieces", 0.0)
     pieces = convex_pieces(storage, object_id)

@@ -39,7 +39,7 @@ __all__ = [
     "warm",
 ]
 
-_MOST_GRASPS = 1024  # of one set
+_MAX_GRASPS = 1024  # of one set
 
 
 @dataclass(frozen=True)
@@ -78,8 +78,8 @@ class GraspFile:
 
 def warm() -> Warmth:
     """Load the planner and all hands, and plan once so that the kernels are compiled."""
+    from fingersplit.cli.warming import compile_kernels
     from fingersplit.hands.hand import available_hands, load_hand
-    from fingersplit.warming import compile_kernels
 
     hands = [load_hand(name) for name in available_hands()]
     for hand in hands:
@@ -162,14 +162,14 @@ def import_grasps(
         ParallelGraspError: The file is not what it should be, or none of its grasps meets the object.
     """
     from fingersplit.errors import ParallelGraspError
-    from fingersplit.parallel_grasps.importers import import_parallel_grasps
+    from fingersplit.formats.importing import import_parallel_grasps
 
     try:
         found = import_parallel_grasps(file.path, prepared_object(storage, object_id, object_name), file.format)
     except ParallelGraspError as error:
         raise ParallelGraspError(str(error).replace(str(file.path), file.name)) from None
-    kept = [grasp.to_document() for grasp in found.grasps[:_MOST_GRASPS]]
-    left = f" The best {_MOST_GRASPS} were kept." if len(found.grasps) > _MOST_GRASPS else ""
+    kept = [grasp.to_document() for grasp in found.grasps[:_MAX_GRASPS]]
+    left = f" The best {_MAX_GRASPS} were kept." if len(found.grasps) > _MAX_GRASPS else ""
     return kept, found.message + left
 
 

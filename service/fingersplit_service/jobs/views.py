@@ -60,7 +60,7 @@ def convert_result(result: str, format_name: str, rank: int | None) -> ExportedF
     Raises:
         ExchangeError: The result has no grasp to write.
     """
-    from fingersplit.exchange import EXPORT_FORMATS, export
+    from fingersplit.formats import EXPORT_FORMATS, export
 
     chosen = EXPORT_FORMATS[format_name]
     return ExportedFile(export(json.loads(result), format_name, rank=rank), chosen.suffix, chosen.media_type)

@@ -20,7 +20,7 @@ from fingersplit_service.storage import DataDirectoryInUse, Storage
 
 __all__ = ["Finding", "examine"]
 
-_LEAST_DISK = 2**30  # [bytes]
+_MIN_DISK = 2**30  # [bytes]
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ def _data_directory(settings: ServiceSettings) -> Finding:
 
 def _disk(settings: ServiceSettings) -> Finding:
     free = shutil.disk_usage(settings.data_dir).free
-    return Finding("free disk", free >= _LEAST_DISK, f"{free >> 20} MiB; at least {_LEAST_DISK >> 20} MiB are wanted")
+    return Finding("free disk", free >= _MIN_DISK, f"{free >> 20} MiB; at least {_MIN_DISK >> 20} MiB are wanted")
 
 
 def _database(settings: ServiceSettings) -> Finding:
@@ -125,8 +125,8 @@ def _port(settings: ServiceSettings) -> Finding:
 
 def _planner(_settings: ServiceSettings) -> Finding:
     # Imported here, because it loads the numeric stack.
+    from fingersplit.cli.warming import kernels_are_compiled
     from fingersplit.hands.hand import available_hands, load_hand
-    from fingersplit.warming import kernels_are_compiled
 
     hands = [load_hand(name).name for name in available_hands()]
     compiled = "compiled" if kernels_are_compiled() else "to be compiled, which `fingersplit warm` does"

@@ -14,7 +14,7 @@ from fingersplit_service.security.access import Reader
 __all__ = ["FormatName", "router"]
 
 FormatName = Literal["isaac_grasp", "moveit", "moveit_yaml", "dexgraspbench", "multi_gripper_grasp", "dexgraspnet"]
-"""The names of ``fingersplit.exchange.EXPORT_FORMATS``, which only workers load."""
+"""The names of ``fingersplit.formats.EXPORT_FORMATS``, which only workers load."""
 router = APIRouter(tags=["jobs"])
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from fingersplit.hands import Finger, Gripper, Hand
 from fingersplit.hands.mjcf import read_mjcf
-from fingersplit.planning import plan
+from fingersplit.planning.planning import plan
 
 FINGERS = ("thumb", "first", "second", "third")
 COUNTS = (2, 3, 4, 2)

@@ -10,7 +10,7 @@ import pytest
 
 from fingersplit.errors import MeshError
 from fingersplit.objects.intake import read_mesh
-from fingersplit.objects.intake.promises import MOST_FACES, MOST_FACES_AS_TEXT
+from fingersplit.objects.intake.promises import MAX_FACES, MAX_FACES_AS_TEXT
 from mesh_bytes import PLY_HEADER, ball, glb, mutated
 
 
@@ -19,7 +19,7 @@ def stl(promised: int, facets: bytes) -> bytes:
 
 
 def test_too_many_faces_are_refused_before_they_are_read():
-    count, lines = MOST_FACES + 1, MOST_FACES_AS_TEXT + 1
+    count, lines = MAX_FACES + 1, MAX_FACES_AS_TEXT + 1
     for data, file_type in [
         (stl(count, bytes(50 * count)), "stl"),
         (PLY_HEADER.format("binary_little_endian", 1, count).encode() + bytes(12 + count), "ply"),

@@ -7,7 +7,7 @@ from scipy.spatial import cKDTree
 
 from fingersplit.objects.mesh import Mesh
 from fingersplit.objects.parametric import PARAMETRIC_OBJECTS, box
-from fingersplit.objects.surface import LARGEST_OVERHANG, closest, distance_to_triangle, sample_surface, touch
+from fingersplit.objects.surface import MAX_OVERHANG, closest, distance_to_triangle, sample_surface, touch
 
 RADIUS = 0.035  # of the parametric sphere
 
@@ -128,8 +128,8 @@ def test_creases_are_beside_the_edges_of_a_box(prepared):
     half = np.array([0.025, 0.035, 0.06])
     from_edge = np.sort(half - np.abs(surface.grid.points), axis=1)[:, 1]
     nearest_uncreased = from_edge[~surface.creased].min()
-    assert nearest_uncreased == pytest.approx(surface.spacing - LARGEST_OVERHANG, abs=0.01e-3)
-    assert from_edge[surface.creased].max() < surface.spacing - LARGEST_OVERHANG
+    assert nearest_uncreased == pytest.approx(surface.spacing - MAX_OVERHANG, abs=0.01e-3)
+    assert from_edge[surface.creased].max() < surface.spacing - MAX_OVERHANG
 
 
 def test_neither_a_ball_nor_a_thin_plate_has_creases_on_its_faces(prepared):

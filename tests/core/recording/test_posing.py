@@ -9,7 +9,7 @@ from fingersplit.hands.shapes import shape_distance
 from fingersplit.objects.mesh import Mesh
 from fingersplit.objects.model import prepare_object
 from fingersplit.objects.parametric import cylinder
-from fingersplit.planning import plan
+from fingersplit.planning.planning import plan
 from fingersplit.recording.posing import hand_links, pose_links, turn_z_to
 from fingersplit.recording.raycast import Layer
 from fingersplit.recording.shading import shade_object

@@ -12,12 +12,12 @@ import trimesh
 from rerun.chunk import RrdReader
 from scipy.spatial.transform import Rotation
 
+from fingersplit.contacts.metrics import WrenchSpace, ferrari_canny, isotropy, volume
 from fingersplit.objects.convex_pieces import decompose
 from fingersplit.objects.mesh import Mesh
 from fingersplit.objects.model import prepare_object
 from fingersplit.objects.parametric import cylinder
-from fingersplit.planning import plan
-from fingersplit.quality.metrics import WrenchSpace, ferrari_canny, isotropy, volume
+from fingersplit.planning.planning import plan
 from fingersplit.recording.posing import hand_links
 from fingersplit.recording.recorded_run import RecordedRun
 from fingersplit.recording.run_recording import record_run, write_recording

@@ -9,6 +9,7 @@ from fingersplit.hands import Hand
 from fingersplit.objects.model import prepare_object
 from fingersplit.objects.parametric import box
 from fingersplit.parallel_grasps import ParallelGrasp
+from fingersplit.planning.starts import build_problem, choose_starts, split_starts
 from fingersplit.splitting.jaw_table import STANDOFFS, jaw_table
 from fingersplit.splitting.mapping import (
     CLEARANCE_SCALE,
@@ -20,7 +21,6 @@ from fingersplit.splitting.mapping import (
     screen_grasp,
 )
 from fingersplit.splitting.settings import PlannerSettings
-from fingersplit.splitting.starts import build_problem, choose_starts, split_starts
 from fingersplit.splitting.state import Problem, new_states, new_work
 
 NAMES = ("box", "cylinder", "sphere", "mug")

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from fingersplit.planning.starts import choose_starts, split_starts
 from fingersplit.splitting.settings import FIDELITIES
-from fingersplit.splitting.starts import choose_starts, split_starts
 from fingersplit.splitting.state import STATE
 
 

@@ -9,8 +9,8 @@ from scipy.spatial.transform import Rotation
 
 from fingersplit.hands import Hand
 from fingersplit.hands.kernel import move_fingers
-from fingersplit.quality.objective import manipulability_gradient, object_quality_gradient
 from fingersplit.splitting.contact_optimization import tangent_step
+from fingersplit.splitting.objective import manipulability_gradient, object_quality_gradient
 from fingersplit.splitting.palm_optimization import move_palm, palm_tangent_step
 from fingersplit.splitting.potential import add_penalty_gradient
 from fingersplit.splitting.settings import PlannerSettings

@@ -8,8 +8,8 @@ import pytest
 from fingersplit.hands import Hand
 from fingersplit.objects.convex_pieces import ConvexPieces, decompose
 from fingersplit.objects.model import ObjectModel
-from fingersplit.plan import Plan
-from fingersplit.planning import plan
+from fingersplit.planning.plan import Plan
+from fingersplit.planning.planning import plan
 
 
 @pytest.fixture(scope="session")

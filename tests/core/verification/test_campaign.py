@@ -3,8 +3,8 @@
 import pytest
 
 from fingersplit.objects.convex_pieces import decompose
-from fingersplit.planning import plan
-from fingersplit.proving import prove
+from fingersplit.planning.planning import plan
+from fingersplit.planning.proving import prove
 from fingersplit.verification import verify
 from fingersplit.verification.protocols import load_protocol
 

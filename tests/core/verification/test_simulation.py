@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from fingersplit.contacts.grip import Grip
 from fingersplit.verification.controllers import load_controller
-from fingersplit.verification.grip import Grip
 from fingersplit.verification.scene import Scene
 from fingersplit.verification.simulation import run_squeeze
 

@@ -17,7 +17,7 @@ OUTLIER_DEVIATIONS = 4.0
 """A point is an outlier when the mean distance to its neighbours is so many deviations above the typical one."""
 FINEST_VOXELS = 160
 """Along the longest extent; points closer together than that are averaged, which takes noise away too."""
-LEAST_NEIGHBOURS, MOST_NEIGHBOURS = 20, 120
+MIN_NEIGHBOURS, MAX_NEIGHBOURS = 20, 120
 NOISE_REACH = 6.0
 """Radius of the neighbourhood that a normal is fitted to, in standard deviations of the noise."""
 
@@ -60,14 +60,14 @@ def orient_points(cloud: PointCloud) -> OrientedPoints:
     points, own = _thinned(cloud)
     keep = ~find_outliers(points)
     points, own = points[keep], None if own is None else own[keep]
-    count = min(LEAST_NEIGHBOURS, len(points) - 1)
+    count = min(MIN_NEIGHBOURS, len(points) - 1)
     tree = cKDTree(points)
     distances, neighbours = tree.query(points, count + 1)
     _, noise, _ = _fit_planes(points, neighbours)
     wider = np.median(distances[:, -1]) < NOISE_REACH * noise
     if wider:
         count = int(
-            min(count * (NOISE_REACH * noise / np.median(distances[:, -1])) ** 2, MOST_NEIGHBOURS, len(points) - 1)
+            min(count * (NOISE_REACH * noise / np.median(distances[:, -1])) ** 2, MAX_NEIGHBOURS, len(points) - 1)
         )
         distances, neighbours = tree.query(points, count + 1)
     normals, noise, areas = _fit_planes(points, neighbours)
@@ -76,7 +76,7 @@ def orient_points(cloud: PointCloud) -> OrientedPoints:
     elif cloud.viewpoint is not None:
         turned = np.einsum("ij,ij->i", normals, cloud.viewpoint - points) < 0
     else:
-        turned = _against_neighbours(points, normals, neighbours[:, : LEAST_NEIGHBOURS // 2])
+        turned = _against_neighbours(points, normals, neighbours[:, : MIN_NEIGHBOURS // 2])
     normals = np.where(turned[:, None], -normals, normals)
     return OrientedPoints(points, normals, areas, float(np.sqrt(np.median(areas))), noise)
 

@@ -20,9 +20,9 @@ from fingersplit.objects.supervoxels import cluster_supervoxels
 from fingersplit.objects.surface import sample_surface
 from fingersplit.objects.triangle_grid import bin_triangles
 
-__all__ = ["FEWEST_POINTS", "check_cloud", "prepare_cloud"]
+__all__ = ["MIN_POINTS", "check_cloud", "prepare_cloud"]
 
-FEWEST_POINTS = 200
+MIN_POINTS = 200
 """With fewer there is no telling normals from noise."""
 FAIRING = 8.0
 """Length of waves that fairing halves, in standard deviations of a cloud's noise."""
@@ -86,11 +86,11 @@ def check_cloud(points: NDArray[np.float64]) -> None:
     Raises:
         MeshError: With what is wrong.
     """
-    if len(points) < FEWEST_POINTS:
+    if len(points) < MIN_POINTS:
         raise MeshError(
             "too_few_points",
             f"The cloud has {len(points):,} points that are finite, different and no outliers; at least "
-            f"{FEWEST_POINTS:,} are needed to know a surface.",
+            f"{MIN_POINTS:,} are needed to know a surface.",
         )
     spread = np.sqrt(np.maximum(np.linalg.eigvalsh(np.cov(points, rowvar=False)), 0))
     if spread[0] <= _NO_THICKNESS * spread[2]:

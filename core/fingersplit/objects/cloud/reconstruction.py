@@ -34,7 +34,7 @@ SEEN_REACH = 1.7
 RIM = 2.0
 """[spacings]; width, beside the noise, of the border of what was seen that is not trusted: one stray point, or none,
 holds it in place."""
-LEAST_PART = 0.05
+MIN_PART = 0.05
 """Share of all points that a separate part must have to be kept."""
 
 
@@ -114,7 +114,7 @@ def _main_parts(mesh: Mesh, oriented: OrientedPoints) -> Mesh:
     part = connected_component_labels(np.concatenate([mesh.faces[:, :2], mesh.faces[:, 1:]]), len(mesh.vertices))
     beside = part[cKDTree(mesh.vertices).query(oriented.points)[1]]
     counts = np.bincount(beside, minlength=int(part.max()) + 1)
-    return part_of_mesh(mesh, (counts >= LEAST_PART * counts.sum())[part[mesh.faces[:, 0]]])
+    return part_of_mesh(mesh, (counts >= MIN_PART * counts.sum())[part[mesh.faces[:, 0]]])
 
 
 def part_of_mesh(mesh: Mesh, faces: NDArray[np.bool_]) -> Mesh:

@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 from pypcd4.pypcd4 import PointCloud as PcdFile
 
 from fingersplit.errors import MeshError
-from fingersplit.objects.intake.promises import MOST_FACES, check_count, malformed, truncated
+from fingersplit.objects.intake.promises import MAX_FACES, check_count, malformed, truncated
 from fingersplit.objects.intake.promises_pcd import check_pcd
 from fingersplit.objects.intake.promises_ply import check_ply, vertex_table
 
 __all__ = ["CLOUD_FORMATS", "RawCloud", "holds_cloud", "parse_cloud"]
 
-_MOST_BYTES = 64 * MOST_FACES  # of one array in an .npz file: points as double precision, and some room
+_MAX_BYTES = 64 * MAX_FACES  # of one array in an .npz file: points as double precision, and some room
 _FACE_COUNT = re.compile(rb"^element[ \t]+face[ \t]+0*([0-9]+)", re.MULTILINE)
 
 
@@ -110,9 +110,9 @@ def _parse_npz(data: bytes) -> RawCloud:
 
 def _read_array(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> NDArray[np.float64]:
     """One array of an .npz file, if it is as long as both of its headers say."""
-    check_count(entry.file_size // 64, _MOST_BYTES // 64, "numbers")
+    check_count(entry.file_size // 64, _MAX_BYTES // 64, "numbers")
     with archive.open(entry) as file:
-        content = file.read(_MOST_BYTES + 1)
+        content = file.read(_MAX_BYTES + 1)
     stream = io.BytesIO(content)
     version = np.lib.format.read_magic(stream)
     reader = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
@@ -122,7 +122,7 @@ def _read_array(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> NDArray[np.
     n_bytes = int(np.prod(shape, dtype=object)) * dtype.itemsize
     if n_bytes != len(content) - stream.tell():
         raise truncated(f"an array of {n_bytes:,} bytes", f"{len(content) - stream.tell():,}")
-    check_count(int(np.prod(shape, dtype=object)) // 3, MOST_FACES, "points")
+    check_count(int(np.prod(shape, dtype=object)) // 3, MAX_FACES, "points")
     return np.asarray(np.load(io.BytesIO(content), allow_pickle=False), dtype=np.float64)
 
 

@@ -9,8 +9,8 @@ import re
 from fingersplit.errors import MeshError
 
 __all__ = [
-    "MOST_FACES",
-    "MOST_FACES_AS_TEXT",
+    "MAX_FACES",
+    "MAX_FACES_AS_TEXT",
     "check_count",
     "check_obj",
     "check_off",
@@ -20,9 +20,9 @@ __all__ = [
     "truncated",
 ]
 
-MOST_FACES = 2_000_000
+MAX_FACES = 2_000_000
 """Most triangles a file may hold; a finer mesh adds memory and time, not grasps."""
-MOST_FACES_AS_TEXT = 1_000_000
+MAX_FACES_AS_TEXT = 1_000_000
 """Most of them as text, of which trimesh makes words before numbers: 6 s and 500 MB for as many."""
 
 _STL_HEADER, _STL_FACET = 84, 50  # bytes; the header's last four are the number of triangles
@@ -34,7 +34,7 @@ def check_stl(data: bytes) -> bytes:
     """Check an STL file; a binary one is known by its length, since its header too may start with ``solid``."""
     promised = int.from_bytes(data[_STL_HEADER - 4 : _STL_HEADER], "little")
     if len(data) == _STL_HEADER + promised * _STL_FACET:
-        check_count(promised, MOST_FACES)
+        check_count(promised, MAX_FACES)
         return data
     if len(data[:1024].translate(None, _CONTROL_CHARACTERS)) == len(data[:1024]):
         return _check_ascii_stl(data.lower())
@@ -54,7 +54,7 @@ def _check_ascii_stl(text: bytes) -> bytes:
             "The file is plain text without an STL surface; an ASCII STL starts with 'solid' and lists "
             "'facet' blocks of three 'vertex' lines.",
         )
-    check_count(facets, MOST_FACES_AS_TEXT)
+    check_count(facets, MAX_FACES_AS_TEXT)
     points = re.findall(rb"^[ \t]*vertex[ \t]+(\S+[ \t]+\S+[ \t]+\S+)", text, re.MULTILINE)
     finished = len(re.findall(rb"^[ \t]*endfacet\b", text, re.MULTILINE))
     if finished < facets or len(points) != 3 * facets or b"endsolid" not in text:
@@ -67,10 +67,10 @@ def _check_ascii_stl(text: bytes) -> bytes:
 
 def check_obj(data: bytes) -> bytes:
     """Check an OBJ file line by line; relative indices, which trimesh counts from the file's end, become absolute."""
-    check_count(data.count(b"\nf "), MOST_FACES_AS_TEXT)
+    check_count(data.count(b"\nf "), MAX_FACES_AS_TEXT)
     lines = re.sub(rb"#[^\r\n]*|/\S*", b"", re.sub(rb"\\\r?\n", b" ", data)).splitlines()
     n_vertices = sum(line.lstrip().startswith((b"v ", b"v\t")) for line in lines)
-    check_count(n_vertices, MOST_FACES_AS_TEXT, "vertices")
+    check_count(n_vertices, MAX_FACES_AS_TEXT, "vertices")
     points, polygons = list[bytes](), list[str]()
     for number, line in enumerate(lines, 1):
         words = line.split()
@@ -119,8 +119,8 @@ def check_off(data: bytes) -> bytes:
         raise truncated(promise, f"{len(lines):,} lines")
     if len(lines) > n_vertices + n_faces:
         raise mismatch(f"The header says {promise}, but {len(lines):,} lines follow.")
-    check_count(n_vertices, MOST_FACES_AS_TEXT, "vertices")
-    check_count(n_faces, MOST_FACES_AS_TEXT)
+    check_count(n_vertices, MAX_FACES_AS_TEXT, "vertices")
+    check_count(n_faces, MAX_FACES_AS_TEXT)
     for face, words in enumerate(map(bytes.split, lines[n_vertices:])):
         if int(words[0]) > len(words) - 1:
             raise malformed(f"Face {face} says {int(words[0])} corners, but its line holds {len(words) - 1}.")

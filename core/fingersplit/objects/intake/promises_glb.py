@@ -6,12 +6,12 @@ from collections.abc import Iterable, Iterator
 from typing import Any
 
 from fingersplit.errors import MeshError
-from fingersplit.objects.intake.promises import MOST_FACES, check_count, malformed, truncated
+from fingersplit.objects.intake.promises import MAX_FACES, check_count, malformed, truncated
 
 __all__ = ["check_glb"]
 
-_MOST_PIECES, _MOST_LEVELS = 10_000, 100  # nodes may repeat a mesh, so a small file could ask for any number
-_MOST_COPIES = 10  # of the binary chunk, made by the parser for views and accessors, which may overlap
+_MAX_PIECES, _MAX_LEVELS = 10_000, 100  # nodes may repeat a mesh, so a small file could ask for any number
+_MAX_COPIES = 10  # of the binary chunk, made by the parser for views and accessors, which may overlap
 _REPACKED = {"KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_mesh_quantization"}
 _COMPONENT_BYTES = {"VEC3": {5126: 4}, "SCALAR": {5121: 1, 5123: 2, 5125: 4}}
 _TRIANGLES, _STRIP, _FAN = 4, 5, 6  # primitive modes; the others are points and lines
@@ -64,7 +64,7 @@ def _kept_document(document: _Entry, n_bytes: int) -> _Entry:
         views[accessors[index]["bufferView"]] = view
         n_copied += n_value_bytes
     n_copied += sum(view["byteLength"] for view in views)
-    if n_copied > _MOST_COPIES * n_bytes:
+    if n_copied > _MAX_COPIES * n_bytes:
         raise malformed(f"The GLB accessors overlap: they take {n_copied:,} bytes out of {n_bytes:,}.")
     for shown in range(len(meshes)), list(_placed_meshes(nodes, roots)):
         # Each mesh is read once, and then copied to each node.
@@ -126,10 +126,10 @@ def _check_sizes(primitives: Iterable[_Entry], accessors: list[_Entry]) -> None:
         corners = accessors[primitive["indices"]]["count"] if "indices" in primitive else points
         n_pieces, n_points = n_pieces + 1, n_points + points
         n_faces += corners // 3 if primitive["mode"] == _TRIANGLES else corners
-        check_count(n_faces, MOST_FACES)
-        check_count(n_points, MOST_FACES, "vertices")
-        if n_pieces > _MOST_PIECES:
-            raise malformed(f"The GLB scene consists of more than {_MOST_PIECES:,} pieces.")
+        check_count(n_faces, MAX_FACES)
+        check_count(n_points, MAX_FACES, "vertices")
+        if n_pieces > _MAX_PIECES:
+            raise malformed(f"The GLB scene consists of more than {_MAX_PIECES:,} pieces.")
 
 
 def _placed_meshes(nodes: list[_Entry], roots: list[int]) -> Iterator[int]:
@@ -139,11 +139,11 @@ def _placed_meshes(nodes: list[_Entry], roots: list[int]) -> Iterator[int]:
         index, level = waiting.pop()
         if index in seen:
             raise malformed(f"Node {index} of the GLB scene hangs in its tree twice.")
-        if level > _MOST_LEVELS:
-            raise malformed(f"The GLB scene has nodes more than {_MOST_LEVELS} levels deep.")
+        if level > _MAX_LEVELS:
+            raise malformed(f"The GLB scene has nodes more than {_MAX_LEVELS} levels deep.")
         seen.add(index)
-        if len(seen) > _MOST_PIECES:
-            raise malformed(f"The GLB scene has more than {_MOST_PIECES:,} nodes.")
+        if len(seen) > _MAX_PIECES:
+            raise malformed(f"The GLB scene has more than {_MAX_PIECES:,} nodes.")
         waiting += [(child, level + 1) for child in nodes[index].get("children", [])]
         if "mesh" in nodes[index]:
             yield nodes[index]["mesh"]

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from fingersplit.errors import MeshError
-from fingersplit.objects.intake.promises import MOST_FACES, check_count, malformed, mismatch, truncated
+from fingersplit.objects.intake.promises import MAX_FACES, check_count, malformed, mismatch, truncated
 
 __all__ = ["check_pcd"]
 
@@ -24,7 +24,7 @@ def check_pcd(data: bytes) -> bytes:
     header = _read_header(data[: end.start()].decode("latin1"))
     count = _number(header, "POINTS") if "POINTS" in header else _number(header, "WIDTH") * _number(header, "HEIGHT")
     dtype = _row_type(header)
-    check_count(count, MOST_FACES, "points")
+    check_count(count, MAX_FACES, "points")
     form, body = end[1].decode(), data[end.end() :]
     if form == "ascii":
         body = _check_rows(body, count, sum(each[2][0] if len(each) > 2 else 1 for each in dtype.descr))

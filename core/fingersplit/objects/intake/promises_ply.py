@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from fingersplit.errors import MeshError
 from fingersplit.objects.intake.promises import (
-    MOST_FACES,
-    MOST_FACES_AS_TEXT,
+    MAX_FACES,
+    MAX_FACES_AS_TEXT,
     check_count,
     malformed,
     mismatch,
@@ -58,14 +58,14 @@ def check_ply(data: bytes) -> bytes:
     if n_rows > len(body):
         promised = " and ".join(f"{element.count:,} {element.name} rows" for element in elements[:3])
         raise truncated(promised, f"{len(body):,} bytes for them")
-    check_count(sum(element.count for element in elements if element.name == "face"), MOST_FACES)
+    check_count(sum(element.count for element in elements if element.name == "face"), MAX_FACES)
     if "ascii" not in kept[1] and not _rows_alike(elements, body):
         # Where polygons differ in their numbers of corners, trimesh reads the ASCII form only.
-        if n_rows > MOST_FACES_AS_TEXT // 2:  # read twice
+        if n_rows > MAX_FACES_AS_TEXT // 2:  # read twice
             raise mismatch(f"The PLY header counts {n_rows:,} rows, but rows like the first ones do not fill the file.")
         kept[1], body = "format ascii 1.0", _as_text(elements, body)
     if "ascii" in kept[1]:
-        check_count(n_rows, MOST_FACES_AS_TEXT, "rows")
+        check_count(n_rows, MAX_FACES_AS_TEXT, "rows")
         body = _check_text(elements, body)
     return "\n".join([*kept, "end_header\n"]).encode() + body
 

@@ -16,7 +16,7 @@ from fingersplit.objects.mesh import Mesh
 
 __all__ = ["check_finite", "load_mesh", "read_file", "read_mesh"]
 
-LEAST_PAIRED_SIDES = 0.5
+MIN_PAIRED_SIDES = 0.5
 """Least share of triangle sides that meet exactly one other triangle.
 
 In a closed surface all of them do, in a scan with holes more than 0.99, in a box without its lid 0.87; of
@@ -144,12 +144,12 @@ def _check_area(area: float, extent: float) -> None:
 
 def _check_solid(n_faces_at_edges: NDArray[np.int64]) -> None:
     paired_sides = 2 * np.count_nonzero(n_faces_at_edges == 2) / n_faces_at_edges.sum()
-    if paired_sides < LEAST_PAIRED_SIDES:
+    if paired_sides < MIN_PAIRED_SIDES:
         raise MeshError(
             "not_solid",
             f"Only {paired_sides:.1%} of the triangle sides meet exactly one other triangle, and up to "
             f"{n_faces_at_edges.max()} triangles share one edge: these are loose triangles, not the surface of a "
-            f"solid, where at least {LEAST_PAIRED_SIDES:.0%} do.",
+            f"solid, where at least {MIN_PAIRED_SIDES:.0%} do.",
         )
 
 

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from fingersplit.errors import MeshError
-from fingersplit.objects.cloud import FEWEST_POINTS, PointCloud, check_cloud
+from fingersplit.objects.cloud import MIN_POINTS, PointCloud, check_cloud
 from fingersplit.objects.cloud.normals import find_outliers
 from fingersplit.objects.intake.cloud_parsing import CLOUD_FORMATS, RawCloud, holds_cloud, parse_cloud
 from fingersplit.objects.intake.parsing import CHECKS
@@ -96,7 +96,7 @@ def _kept(raw: RawCloud) -> tuple[NDArray[np.integer], dict[str, int]]:
     kept = kept[np.unique(raw.points[kept], axis=0, return_index=True)[1]]
     kept.sort()
     n_different = len(kept)
-    if n_different >= FEWEST_POINTS:
+    if n_different >= MIN_POINTS:
         kept = kept[~find_outliers(raw.points[kept])]
     return kept, {
         "non_finite_points": len(raw.points) - n_finite,

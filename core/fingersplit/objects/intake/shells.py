@@ -10,7 +10,7 @@ from fingersplit.objects.mesh import Mesh
 
 __all__ = ["drop_inner_parts", "find_holes"]
 
-_MOST_SHELLS = 64  # the largest closed parts; what lies inside a smaller one than these is too small to matter
+_MAX_SHELLS = 64  # the largest closed parts; what lies inside a smaller one than these is too small to matter
 _PROBES = 64  # vertices of a part that must all lie inside
 
 
@@ -30,7 +30,7 @@ def drop_inner_parts(mesh: Mesh) -> tuple[Mesh, int]:
         return mesh, 0
     part_of_face = part[mesh.faces[:, 0]]
     volumes = signed_volumes(mesh.vertices, mesh.faces, part_of_face)
-    shells = np.argsort(-volumes, kind="stable")[:_MOST_SHELLS]
+    shells = np.argsort(-volumes, kind="stable")[:_MAX_SHELLS]
     shells = shells[(volumes[shells] > 0) & _closed_parts(mesh, part_of_face)[shells]]
     low, high = (np.full((n_parts, 3), sign * np.inf) for sign in (1, -1))
     np.minimum.at(low, part, mesh.vertices)

@@ -2,13 +2,13 @@
 
 from fingersplit.errors import MeshError
 
-__all__ = ["LARGEST_EXTENT", "SMALLEST_EXTENT", "UNITS", "check_extent", "meters_per"]
+__all__ = ["MAX_EXTENT", "MIN_EXTENT", "UNITS", "check_extent", "meters_per"]
 
 UNITS: dict[str, float] = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "in": 0.0254}
 """Length units that a file may be in [m]."""
-LARGEST_EXTENT = 2.0
+MAX_EXTENT = 2.0
 """Most that the longest edge of an object's bounding box may be [m]."""
-SMALLEST_EXTENT = 0.002
+MIN_EXTENT = 0.002
 """Least that it may be [m]."""
 
 
@@ -31,17 +31,17 @@ def check_extent(extent: float, unit: str) -> None:
     """
     if extent == 0.0:
         raise MeshError("no_area", "All vertices lie at one point; an object needs a surface with an area.")
-    if SMALLEST_EXTENT <= extent <= LARGEST_EXTENT:
+    if MIN_EXTENT <= extent <= MAX_EXTENT:
         return
     plausible = [
         f"{name!r} ({extent / UNITS[unit] * scale:.3g} m)"
         for name, scale in UNITS.items()
-        if SMALLEST_EXTENT <= extent / UNITS[unit] * scale <= LARGEST_EXTENT
+        if MIN_EXTENT <= extent / UNITS[unit] * scale <= MAX_EXTENT
     ]
     advice = f"the unit may be {' or '.join(plausible)}" if plausible else "no known unit makes it plausible"
-    size = "too_large" if extent > LARGEST_EXTENT else "too_small"
+    size = "too_large" if extent > MAX_EXTENT else "too_small"
     raise MeshError(
         size,
         f"The object is {extent:.3g} m in its largest extent with unit {unit!r}; it must be between "
-        f"{SMALLEST_EXTENT:g} m and {LARGEST_EXTENT:g} m: {advice}.",
+        f"{MIN_EXTENT:g} m and {MAX_EXTENT:g} m: {advice}.",
     )

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fingersplit.errors import MeshError
-from fingersplit.objects.cloud import FEWEST_POINTS, PointCloud, prepare_cloud
+from fingersplit.objects.cloud import MIN_POINTS, PointCloud, prepare_cloud
 from fingersplit.objects.cloud.normals import find_outliers, orient_points
 from fingersplit.objects.cloud.unseen import estimate_viewpoint
 from fingersplit.objects.intake import load_mesh
@@ -14,7 +14,7 @@ from fingersplit.objects.options import ObjectOptions
 from fingersplit.objects.parametric import PARAMETRIC_OBJECTS
 from fingersplit.objects.scatter import scatter
 from fingersplit.objects.signed_distance import rough_distance
-from fingersplit.planning import plan
+from fingersplit.planning.planning import plan
 from one_view import one_view
 
 RADIUS = 0.035  # of the parametric sphere
@@ -133,7 +133,7 @@ def test_outliers_and_mass_are_taken_care_of():
 @pytest.mark.parametrize(
     ("points", "code"),
     [
-        (np.random.default_rng(0).normal(size=(FEWEST_POINTS - 1, 3)), "too_few_points"),
+        (np.random.default_rng(0).normal(size=(MIN_POINTS - 1, 3)), "too_few_points"),
         (np.random.default_rng(0).uniform(size=(500, 3)) * [0.1, 0.1, 0], "no_volume"),
     ],
 )

@@ -1,0 +1,33 @@
+"""Compile every kernel once, so that the first real request does not wait for it."""
+
+import numpy as np
+
+from fingersplit.compilation import kernel_cache_folder
+from fingersplit.hands.hand import Hand
+from fingersplit.objects.model import prepare_object
+from fingersplit.objects.parametric import cylinder
+from fingersplit.parallel_grasps.closing import close_jaws
+from fingersplit.planning.planning import plan
+from fingersplit.recording.posing import pose_links
+from fingersplit.recording.shading import shade_hand
+from fingersplit.recording.surface_points import hit_points, reference_points
+
+__all__ = ["compile_kernels", "kernels_are_compiled"]
+
+
+def kernels_are_compiled() -> bool:
+    """Whether the cache holds compiled kernels of these sources."""
+    return kernel_cache_folder("fingersplit.splitting.finger_splitting").exists()
+
+
+def compile_kernels(hand: Hand) -> None:
+    """Plan two starts on a small object; takes about a minute with an empty cache, else seconds."""
+    model = prepare_object(cylinder(), "warm-up")
+    plan(model, hand, source="both", starts=2, top_k=1)
+    none = np.zeros((0, 3))
+    close_jaws(model.triangles, none, none, none, np.zeros(0), np.zeros((0, 2)), np.zeros((0, 2, 3)))
+    state = hand.lower[None], np.eye(3)[None], np.zeros((1, 3))
+    pose_links(hand, *state)
+    hit_points(hand, model, *state)
+    reference_points(model, none)
+    shade_hand(hand)

@@ -1,0 +1,1 @@
+"""Contact mechanics: grasp matrix, friction cones, forces, margins and metrics."""

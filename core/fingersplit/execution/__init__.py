@@ -1,0 +1,1 @@
+"""What a robot does around a grasp: pre-grasp, approach, squeeze."""

@@ -1,0 +1,1 @@
+"""Whether a finished grasp keeps every constraint, measured exactly."""

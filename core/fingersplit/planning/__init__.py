@@ -1,0 +1,1 @@
+"""From object to ranked grasps."""

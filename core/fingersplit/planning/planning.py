@@ -1,0 +1,121 @@
+"""The whole way on one screen: object and hand, parallel grasps, starts, finger splitting, ranked grasps."""
+
+from collections.abc import Sequence
+from time import perf_counter
+
+import numpy as np
+
+from fingersplit.errors import ParallelGraspError, SettingsError
+from fingersplit.hands.hand import Hand
+from fingersplit.objects.model import ObjectModel
+from fingersplit.objects.surface import closest
+from fingersplit.parallel_grasps.parallel_grasp import ParallelGrasp
+from fingersplit.parallel_grasps.sources import find_parallel_grasps
+from fingersplit.planning.plan import Plan
+from fingersplit.planning.ranking import describe_outcome, rank_runs
+from fingersplit.planning.starts import build_problem, choose_starts, split_starts
+from fingersplit.splitting.settings import PlannerSettings
+from fingersplit.threads import Progress
+
+__all__ = ["plan"]
+
+MAX_CONTACT = 5e-3
+"""Most that a given contact may lie off the surface [m]."""
+
+
+def plan(
+    model: ObjectModel,
+    hand: Hand,
+    parallel_grasps: Sequence[ParallelGrasp] | None = None,
+    *,
+    source: str = "antipodal",
+    starts: int = 64,
+    seed: int = 0,
+    top_k: int = 10,
+    settings: PlannerSettings | None = None,
+    threads: int = 1,
+    progress: Progress | None = None,
+) -> Plan:
+    """Plan grasps of an object: the same arguments give the same grasps, bit for bit on the same machine.
+
+    Args:
+        model: The object, from ``prepare_object``.
+        hand: The hand, from ``load_hand``.
+        parallel_grasps: Two-contact grasps to start from, each taken with both finger assignments; None to have
+            some found.
+        source: Where they are found: ``antipodal``, ``surface_fitting`` or ``both``.
+        starts: Most runs of the finger splitting.
+        seed: Seed of every random choice.
+        top_k: Most grasps to return.
+        settings: Parameters of the splitting; None for the defaults, with the object's friction if it is known.
+        threads: Threads that search, screen, split and judge; the answer does not depend on it.
+        progress: Called with a stage name and the share of that stage that is done, 0..1.
+
+    Returns:
+        Ranked grasps: feasible ones first, by the margin with which they hold the object's weight. When no grasp is
+        feasible, the best infeasible ones with what they violate, and a message that says why.
+
+    Raises:
+        SettingsError: ``starts``, ``top_k`` or ``threads`` below 1, a negative seed, or an unknown source.
+        ParallelGraspError: A given contact lies off the surface.
+    """
+    _check(starts=starts, top_k=top_k, threads=threads, seed=seed)
+    settings = settings or PlannerSettings(friction=model.options.friction or PlannerSettings.friction)
+    report = progress or (lambda _stage, _share: None)
+    seconds: dict[str, float] = {}
+    watch = _Watch(seconds)
+
+    report("parallel_grasps", 0.0)
+    if parallel_grasps is None:
+        parallel_grasps = find_parallel_grasps(
+            model,
+            starts,
+            source=source,
+            friction=settings.friction,
+            opening=hand.gripper.opening,
+            rng=np.random.default_rng(seed),
+            threads=threads,
+        )
+    else:
+        _check_contacts(model, parallel_grasps)
+    watch.lap("parallel_grasps")
+    problem = build_problem(model, hand, settings)
+    chosen = choose_starts(problem, hand, parallel_grasps, starts, threads=threads, report=report)
+    watch.lap("mapping")
+    runs = split_starts(problem, model.patches, hand, chosen, threads=threads, report=report)
+    watch.lap("splitting")
+    grasps = rank_runs(model, runs, top_k, settings, threads)
+    watch.lap("ranking")
+    report("ranking", 1.0)
+    message = describe_outcome(len(parallel_grasps), runs, hand, settings)
+    return Plan(hand, model, seed, starts, settings.friction, runs, grasps, message, seconds)
+
+
+def _check(*, starts: int, top_k: int, threads: int, seed: int) -> None:
+    for name, value, least in (("starts", starts, 1), ("top_k", top_k, 1), ("threads", threads, 1), ("seed", seed, 0)):
+        if value < least:
+            raise SettingsError(f"{name} is {value}; it must be at least {least}.")
+
+
+def _check_contacts(model: ObjectModel, grasps: Sequence[ParallelGrasp]) -> None:
+    for number, grasp in enumerate(grasps, 1):
+        for contact in grasp.contacts:
+            _, point, _ = closest(model.surface, tuple(contact), -1)
+            distance = float(np.linalg.norm(contact - point))
+            if distance > MAX_CONTACT:
+                raise ParallelGraspError(
+                    f"Contact {contact.tolist()} of parallel grasp {number} lies {1e3 * distance:.1f} mm from the "
+                    f"surface; allowed: {1e3 * MAX_CONTACT:g} mm. Give points on it, in the object frame, "
+                    f"in metres."
+                )
+
+
+class _Watch:
+    """Time since the last lap, by stage."""
+
+    def __init__(self, seconds: dict[str, float]) -> None:
+        self._seconds, self._since = seconds, perf_counter()
+
+    def lap(self, stage: str) -> None:
+        now = perf_counter()
+        self._seconds[stage], self._since = now - self._since, now

@@ -1,0 +1,121 @@
+"""From finished runs to an answer: the ranked grasps, and one sentence on how it went."""
+
+import math
+from collections import Counter
+from collections.abc import Sequence
+
+import numpy as np
+
+from fingersplit.contacts.assessment import assess
+from fingersplit.contacts.holding import GRAVITY, Contacts, Holding, assess_holding
+from fingersplit.contacts.metrics import WrenchSpace
+from fingersplit.execution.execution import GraspExecution, plan_execution
+from fingersplit.hands.hand import Hand
+from fingersplit.objects.model import ObjectModel
+from fingersplit.planning.plan import PlannedGrasp
+from fingersplit.planning.run import Run
+from fingersplit.splitting.settings import PlannerSettings
+
+__all__ = ["describe_outcome", "rank_runs"]
+
+SAME_POSITION, SAME_ROTATION = 5e-3, 0.1
+"""Palms nearer than this are one grasp, of which the better stays [m], [rad]."""
+
+
+def rank_runs(
+    model: ObjectModel, runs: Sequence[Run], top_k: int, settings: PlannerSettings, threads: int = 1
+) -> tuple[PlannedGrasp, ...]:
+    """The best ``top_k`` runs that are not nearly a better one, with metrics, forces and execution.
+
+    Fewest violated constraints first, so feasible grasps lead; then by the margin with which they hold the object's
+    weight (``contacts.holding``); where none can carry it, by Q.
+    """
+    if not runs:
+        return ()
+    holdings = assess_holding(
+        _contacts(runs), model.surface, settings.friction, model.mass, model.center_of_mass, threads
+    )
+    order = sorted(
+        range(len(runs)),
+        key=lambda i: (runs[i].outcome.violations, -holdings[i].margin, -runs[i].last.quality),
+    )
+    kept: list[int] = []
+    for i in order:
+        if len(kept) == top_k:
+            break
+        if not any(_nearly_same(runs[i], runs[better]) for better in kept):
+            kept.append(i)
+    return tuple(_planned(rank, runs[i], holdings[i], model, settings) for rank, i in enumerate(kept, 1))
+
+
+def _planned(rank: int, run: Run, holding: Holding, model: ObjectModel, settings: PlannerSettings) -> PlannedGrasp:
+    final = run.final
+    space = WrenchSpace(final.contacts, final.normals, settings.friction, model.center_of_mass, model.radius)
+    metrics = assess(space, run.scores, holding.margin)
+    execution = plan_execution(run.problem, run.hand, run.last, holding.forces)
+    return PlannedGrasp(rank, run, metrics, holding, execution, _reason(run, holding, execution, model.mass * GRAVITY))
+
+
+def _reason(run: Run, holding: Holding, execution: GraspExecution, weight: float) -> str:
+    """Why a grasp stands where it does, in a sentence or two."""
+    if not run.feasible:
+        return f"Ranked after every feasible grasp: {run.violations[0]}"
+    down = _direction_name(holding.gravity)
+    weakest = run.hand.fingers[int(holding.frictions.argmin())].name
+    if holding.margin == -math.inf:
+        held = "Its contacts lie nearly on a line and cannot balance the weight"
+    elif holding.margin < 0:
+        held = (
+            f"With gravity along {down} its contacts lack {-holding.margin:.2f} N of friction to carry {weight:.2f} N"
+        )
+    else:
+        held = (
+            f"It carries {weight:.2f} N whichever way is down, with {holding.margin:.2f} N of friction to spare at "
+            f"every contact in the worst case, gravity along {down}"
+        )
+    way = "" if execution.pregrasp_pose is not None else " No straight way in along the palm's axis is free."
+    return f"{held}; least friction counts at {weakest} ({holding.frictions.min():.2f}).{way}"
+
+
+def _direction_name(direction: np.ndarray) -> str:
+    axis = int(np.abs(direction).argmax())
+    return f"{'-' if direction[axis] < 0 else '+'}{'xyz'[axis]}"
+
+
+def _contacts(runs: Sequence[Run]) -> Contacts:
+    """Contacts of all final grasps as arrays."""
+    hand = runs[0].hand
+    points, normals, jacobians = (
+        np.array([run.last[name][: len(hand.fingers)] for run in runs]) for name in ("contacts", "normals", "jacobians")
+    )
+    return Contacts(points, normals, jacobians, hand.finger_torque_limits)
+
+
+def _nearly_same(a: Run, b: Run) -> bool:
+    """Whether two grasps put the hand in nearly the same place."""
+    first, second = a.last, b.last
+    if np.linalg.norm(first.palm_position - second.palm_position) >= SAME_POSITION:
+        return False
+    cosine = (np.sum(first.palm_rotation * second.palm_rotation) - 1) / 2
+    return bool(math.acos(min(1.0, max(-1.0, cosine))) < SAME_ROTATION)
+
+
+def describe_outcome(grasps: int, runs: Sequence[Run], hand: Hand, settings: PlannerSettings) -> str:
+    """One sentence on how the runs that came of ``grasps`` parallel grasps ended; why none is feasible, if none is."""
+    feasible = sum(run.feasible for run in runs)
+    if feasible:
+        return f"{feasible} of {len(runs)} starts ended in a feasible grasp."
+    if grasps == 0:
+        low, high = (1e3 * x for x in hand.gripper.opening)
+        return (
+            f"No parallel grasp exists to start from: no two opposite surface points lie inside each other's friction "
+            f"cones (friction {settings.friction:g}) within the hand's opening of {low:g} to {high:g} mm."
+        )
+    if not runs:
+        return (
+            f"None of the {grasps} parallel grasps could be taken over by the hand: no standoff brings all fingertips "
+            f"within reach of the surface next to the two contacts."
+        )
+    ends = Counter(run.termination for run in runs)
+    reasons = ", ".join(f"{count} {end.label.replace('_', ' ')}" for end, count in ends.most_common())
+    return f"None of {len(runs)} starts ended in a feasible grasp: {reasons}. {ends.most_common(1)[0][0].advice}"

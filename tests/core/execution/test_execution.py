@@ -1,0 +1,149 @@
+"""What is done before and after a grasp, with links as MuJoCo places them and the object's exact triangles."""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+import pytest
+
+from fingersplit.execution.execution import (
+    MIN_OPENING,
+    OPENING_STEP,
+    OPENING_STEPS,
+    RETREAT,
+    SQUEEZE_DEPTH,
+    plan_execution,
+)
+from fingersplit.planning.run import Run
+from fingersplit.transforms import wxyz_from_rotation
+
+OBJECTS = pytest.mark.parametrize("name", ["bottle", "box", "cylinder", "l_bracket", "mug", "sphere"])
+
+
+@pytest.fixture(scope="module")
+def feasible_runs(runs_of) -> Callable[[str], Sequence[Run]]:
+    return lambda name: [run for run in runs_of(name) if run.feasible]
+
+
+@pytest.fixture(scope="module")
+def depth_at(barrett, mujoco_barrett, prepared, exact_mesh) -> Callable[..., float]:
+    """How deep the triangles of an object reach into the hand [m]."""
+
+    def measure(name: str, joints: np.ndarray, rotation: np.ndarray, position: np.ndarray) -> float:
+        mujoco_barrett.move(dict(zip(barrett.joint_names, joints, strict=True)), wxyz_from_rotation(rotation), position)
+        return mujoco_barrett.depth_of_triangles(exact_mesh(prepared(name).mesh).triangles)
+
+    return measure
+
+
+def way_back(run: Run, steps: int) -> np.ndarray:
+    """Palm positions from the grasp to where the approach begins, against the direction of travel (steps, 3) [m]."""
+    pose = run.final.object_from_palm
+    travel = pose[:3, :3] @ run.hand.gripper.palm_from_gripper[:, 2]
+    return pose[:3, 3] - np.linspace(0, RETREAT, steps)[:, None] * travel
+
+
+@OBJECTS
+def test_approach_begins_straight_behind_the_grasp(feasible_runs, name):
+    free = 0
+    for run in feasible_runs(name):
+        execution = plan_execution(run.problem, run.hand, run.last, None)
+        if execution.pregrasp_pose is not None:
+            np.testing.assert_array_equal(execution.pregrasp_pose[:3, :3], run.final.object_from_palm[:3, :3])
+            np.testing.assert_allclose(execution.pregrasp_pose[:3, 3], way_back(run, 2)[1], atol=1e-12)
+            free += 1
+    assert free > 0
+
+
+@OBJECTS
+def test_whole_retreat_is_free_of_collision(feasible_runs, depth_at, name):
+    """Every 2.5 mm, deeper nowhere than a grasp's links may be."""
+    deepest = []
+    for run in feasible_runs(name):
+        execution = plan_execution(run.problem, run.hand, run.last, None)
+        if execution.pregrasp_pose is not None:
+            rotation = run.final.object_from_palm[:3, :3]
+            depths = [depth_at(name, execution.pregrasp_joints, rotation, place) for place in way_back(run, 41)]
+            deepest.append(max(depths))
+    assert deepest
+    assert max(deepest) < run.problem.settings.penetration_tolerance
+    assert np.median(deepest) < 0.1e-3
+
+
+@OBJECTS
+def test_no_way_is_said_to_be_free_that_is_not_and_none_is_kept_back_that_is(feasible_runs, depth_at, name):
+    for run in feasible_runs(name):
+        execution = plan_execution(run.problem, run.hand, run.last, None)
+        if execution.pregrasp_pose is None:
+            rotation = run.final.object_from_palm[:3, :3]
+            assert (
+                max(depth_at(name, execution.pregrasp_joints, rotation, place) for place in way_back(run, 21)) > 0.1e-3
+            )
+
+
+@OBJECTS
+def test_fingers_open_along_the_normals_within_their_limits(barrett, prepared, exact_mesh, feasible_runs, name):
+    gaps = []
+    for run in feasible_runs(name):
+        joints = plan_execution(run.problem, run.hand, run.last, None).pregrasp_joints
+        assert (joints >= barrett.lower).all()
+        assert (joints <= barrett.upper).all()
+        pose = run.final.object_from_palm
+        opened, closed = barrett.pose(joints, pose).pads[:3], barrett.pose(run.final.joints, pose).pads[:3]
+        moved = ((opened - closed) * run.final.normals).sum(axis=1)
+        assert (moved <= 1.01 * OPENING_STEP * OPENING_STEPS).all()  # steps are exact to the first order
+        gaps.append(moved)
+    gaps = np.array(gaps)
+    assert (gaps > 0).all()
+    assert np.median(gaps) > MIN_OPENING * OPENING_STEP * 0.9
+
+
+@OBJECTS
+def test_squeeze_drives_every_pad_into_the_object(barrett, prepared, feasible_runs, name):
+    depths = []
+    for run in feasible_runs(name):
+        joints, pose = plan_execution(run.problem, run.hand, run.last, None).squeeze_joints, run.final.object_from_palm
+        assert (joints >= barrett.lower).all()
+        assert (joints <= barrett.upper).all()
+        squeezed, closed = barrett.pose(joints, pose).pads[:3], barrett.pose(run.final.joints, pose).pads[:3]
+        inwards = -((squeezed - closed) * run.final.normals).sum(axis=1)
+        assert (inwards > 0).all()
+        assert (inwards < SQUEEZE_DEPTH * 1.05).all()
+        depths.append(inwards)
+    assert np.median(np.max(depths, axis=1)) > 0.8 * SQUEEZE_DEPTH
+
+
+def test_equal_servos_at_the_squeeze_press_in_proportion_to_the_forces(barrett, feasible_runs):
+    for run in feasible_runs("box"):
+        forces = -run.final.normals * np.array([[4.0], [2.0], [1.0]])
+        forces[0] += 1.0 * np.cross(run.final.normals[0], run.final.object_from_palm[:3, 0])  # and a little sideways
+        pressed = plan_execution(run.problem, run.hand, run.last, forces).squeeze_joints
+        torques = np.zeros(len(pressed))  # from finite differences of the pads
+        for joint in range(len(pressed)):
+            nudge = 1e-6 * np.eye(len(pressed))[joint]
+            high, low = (barrett.pose(run.final.joints + sign * nudge, run.final.object_from_palm) for sign in (1, -1))
+            torques[joint] = ((high.pads[:3] - low.pads[:3]) / 2e-6 * forces).sum()
+        free = (pressed > barrett.lower) & (pressed < barrett.upper)
+        stiffness = np.linalg.norm(torques[free]) / np.linalg.norm((pressed - run.final.joints)[free])
+        np.testing.assert_allclose(stiffness * (pressed - run.final.joints)[free], torques[free], atol=1e-6)
+        assert (np.abs(pressed - run.final.joints)[~free] <= np.abs(torques[~free]) / stiffness + 1e-9).all()
+
+
+@OBJECTS
+def test_nothing_swings_before_or_after_the_grasp(feasible_runs, name):
+    """A pad next to the axis of its spread joint moves little however far that joint turns."""
+    for run in feasible_runs(name):
+        execution = plan_execution(run.problem, run.hand, run.last, None)
+        assert np.abs(execution.squeeze_joints - run.final.joints).max() < 0.2
+        assert np.abs(execution.pregrasp_joints - run.final.joints).max() < 0.5
+
+
+def test_planning_it_leaves_the_run_as_it_was(feasible_runs):
+    run = feasible_runs("mug")[0]
+    before = run.last.tobytes()
+    first, again = (
+        plan_execution(run.problem, run.hand, run.last, None),
+        plan_execution(run.problem, run.hand, run.last, None),
+    )
+    assert run.last.tobytes() == before
+    np.testing.assert_array_equal(first.pregrasp_joints, again.pregrasp_joints)
+    np.testing.assert_array_equal(first.squeeze_joints, again.squeeze_joints)

@@ -1,0 +1,226 @@
+"""Exports say the same as the result document, in each format's own words, and name hand, hash and frames."""
+
+import copy
+import json
+import pickle
+
+import numpy as np
+import pytest
+import yaml
+from scipy.spatial.transform import Rotation
+
+from fingersplit.errors import ExchangeError
+from fingersplit.formats import EXPORT_FORMATS, export
+from fingersplit.formats.dexgraspbench import read_dexgraspbench
+from fingersplit.formats.isaac_grasp import read_isaac_grasp
+from fingersplit.formats.pickled_npy import dump_npy, load_npy
+from fingersplit.formats.results import hand_description_hash
+from fingersplit.transforms import pose_matrix, rotation_from_wxyz
+
+
+def grasp_document(hand, rank, feasible=True, seed=0):
+    rng = np.random.default_rng(seed + rank)
+    wxyz = rng.normal(size=4)
+    wxyz *= np.sign(wxyz[0]) / np.linalg.norm(wxyz)
+    position = rng.uniform(-0.2, 0.2, 3)
+    joints = rng.uniform(hand.lower, hand.upper)
+    back = position - 0.1 * rotation_from_wxyz(wxyz)[:, 2]
+    return {
+        "rank": rank,
+        "feasible": feasible,
+        "palm": {"position": position.tolist(), "wxyz": wxyz.tolist()},
+        "joints": hand.named(joints),
+        "pregrasp": {
+            "palm": {"position": back.tolist(), "wxyz": wxyz.tolist()},
+            "joints": hand.named(0.9 * joints),
+        },
+        "squeeze_joints": hand.named(joints + 0.05),
+        "metrics": {"ferrari_canny": 0.1 * rank},
+    }
+
+
+@pytest.fixture
+def document(barrett):
+    grasps = [grasp_document(barrett, 1), grasp_document(barrett, 2), grasp_document(barrett, 3, feasible=False)]
+    return {"hand": "barrett", "object": {"id": "0123abcd", "name": "mug"}, "grasps": grasps}
+
+
+def joints_of(document, rank, hand, part="joints"):
+    return [document["grasps"][rank - 1][part][name] for name in hand.joint_names]
+
+
+def pose_of(grasp):
+    return pose_matrix(rotation_from_wxyz(grasp["palm"]["wxyz"]), grasp["palm"]["position"])
+
+
+def test_isaac_grasp_round_trip(document, barrett):
+    file = read_isaac_grasp(export(document, "isaac_grasp"))
+    assert (file.object_frame, file.gripper_frame, len(file.grasps)) == ("mug", "palm", 2)
+    for read, grasp in zip(file.grasps, document["grasps"], strict=False):
+        np.testing.assert_allclose(read.object_from_gripper, pose_of(grasp), atol=1e-12)
+        assert read.joints == grasp["joints"]
+        assert read.pregrasp_joints == grasp["pregrasp"]["joints"]
+        assert read.confidence == grasp["metrics"]["ferrari_canny"]
+
+
+def test_dexgraspbench_round_trip(document, barrett):
+    best = document["grasps"][0]
+    sample = read_dexgraspbench(export(document, "dexgraspbench"))
+    pose = [*best["palm"]["position"], *best["palm"]["wxyz"]]
+    np.testing.assert_allclose(sample.grasp, [*pose, *joints_of(document, 1, barrett)])
+    np.testing.assert_allclose(sample.squeeze, [*pose, *joints_of(document, 1, barrett, "squeeze_joints")])
+    opened = [best["pregrasp"]["joints"][name] for name in barrett.joint_names]
+    np.testing.assert_allclose(sample.pregrasp, [*pose, *opened])
+    assert sample.approach is not None
+    np.testing.assert_allclose(sample.approach[0, :3], best["pregrasp"]["palm"]["position"])
+    np.testing.assert_array_equal(sample.approach[-1], sample.pregrasp)
+    np.testing.assert_array_equal(sample.object_pose, [0, 0, 0, 1, 0, 0, 0])
+    assert (sample.object_scale, sample.object_path, sample.joint_names) == (1.0, "mug", barrett.joint_names)
+    second = read_dexgraspbench(export(document, "dexgraspbench", rank=2))
+    np.testing.assert_allclose(second.grasp[:3], document["grasps"][1]["palm"]["position"])
+
+
+def test_dexgraspbench_sample_opens_as_its_users_open_it(document, tmp_path):
+    (tmp_path / "sample.npy").write_bytes(export(document, "dexgraspbench"))
+    sample = np.load(tmp_path / "sample.npy", allow_pickle=True).item()
+    assert sample["grasp_qpos"].shape == (15,)
+    assert sample["approach_qpos"].shape == (2, 15)
+
+
+def test_moveit_says_the_same_in_both_notations(document, barrett):
+    read = json.loads(export(document, "moveit"))
+    assert yaml.safe_load(export(document, "moveit_yaml")) == read
+    assert len(read["grasps"]) == 2
+    for message, grasp in zip(read["grasps"], document["grasps"], strict=False):
+        pose = message["grasp_pose"]["pose"]
+        assert message["grasp_pose"]["header"]["frame_id"] == "mug"
+        assert [pose["position"][k] for k in "xyz"] == grasp["palm"]["position"]
+        assert [pose["orientation"][k] for k in "wxyz"] == grasp["palm"]["wxyz"]
+        posture = message["grasp_posture"]
+        assert posture["joint_names"] == list(barrett.joint_names)
+        assert posture["points"][0]["positions"] == list(grasp["squeeze_joints"].values())
+        assert message["pre_grasp_posture"]["points"][0]["positions"] == list(grasp["pregrasp"]["joints"].values())
+        approach = message["pre_grasp_approach"]
+        assert approach["desired_distance"] == pytest.approx(0.1)
+        assert [approach["direction"]["vector"][k] for k in "xyz"] == pytest.approx([0, 0, 1], abs=1e-9)
+        assert approach["direction"]["header"]["frame_id"] == "palm"
+        assert message["allowed_touch_objects"] == ["mug"]
+
+
+def test_multi_gripper_grasp(document, barrett):
+    read = json.loads(export(document, "multi_gripper_grasp"))
+    assert (read["gripper"], read["object_ID"]) == ("barrett", "mug")
+    for row, (pose, dofs) in enumerate(zip(read["pose"], read["dofs"], strict=True)):
+        grasp = document["grasps"][row]
+        assert pose == [*grasp["palm"]["position"], *grasp["palm"]["wxyz"]]
+        assert dofs == joints_of(document, row + 1, barrett)
+
+
+def test_dexgraspnet_pose_by_euler_angles(document):
+    rows = load_npy(export(document, "dexgraspnet"))
+    assert len(rows) == 2
+    for row, grasp in zip(rows, document["grasps"], strict=False):
+        angles = [row["qpos"][f"WRJR{k}"] for k in "xyz"]
+        turns = [Rotation.from_rotvec(angle * axis).as_matrix() for angle, axis in zip(angles, np.eye(3), strict=True)]
+        np.testing.assert_allclose(turns[2] @ turns[1] @ turns[0], pose_of(grasp)[:3, :3], atol=1e-9)
+        assert [row["qpos"][f"WRJT{k}"] for k in "xyz"] == grasp["palm"]["position"]
+        assert {name: row["qpos"][name] for name in grasp["joints"]} == grasp["joints"]
+        assert row["scale"] == 1.0
+
+
+def provenance(name, data):
+    if name == "dexgraspbench":
+        return load_npy(data)["fingersplit"]
+    if name == "dexgraspnet":
+        return load_npy(data)[0]["fingersplit"]
+    return yaml.safe_load(data)["fingersplit"]
+
+
+@pytest.mark.parametrize("name", EXPORT_FORMATS)
+def test_every_format_names_hand_hash_and_frames(document, name, barrett):
+    said = provenance(name, export(document, name))
+    assert said["hand"] == "barrett"
+    assert said["hand_description_sha256"] == hand_description_hash("barrett")
+    assert len(said["hand_description_sha256"]) == 64
+    assert (said["hand_frame"], said["object"], said["object_id"]) == ("palm", "mug", "0123abcd")
+    assert said["joint_names"] == list(barrett.joint_names)
+
+
+@pytest.mark.parametrize("name", EXPORT_FORMATS)
+def test_documents_without_a_pregrasp_export_too(document, name):
+    for grasp in document["grasps"]:
+        del grasp["pregrasp"]
+        grasp["squeeze_joints"] = None
+    assert export(document, name)
+
+
+def test_infeasible_grasps_go_out_only_when_asked_for(document):
+    assert len(json.loads(export(document, "moveit", rank=3))["grasps"]) == 1
+    with pytest.raises(ExchangeError, match="holds no grasp of rank 9 to export; it has 3 grasps"):
+        export(document, "moveit", rank=9)
+    document["grasps"] = document["grasps"][2:]
+    with pytest.raises(ExchangeError, match="holds no feasible grasp"):
+        export(document, "moveit")
+
+
+def test_what_is_no_result_is_refused(document):
+    with pytest.raises(ExchangeError, match="Unknown export format 'csv'; known: isaac_grasp, moveit"):
+        export(document, "csv")
+    for broken in ([], {}, {"hand": "barrett"}, {**document, "grasps": [{}]}, {**document, "grasps": 3}):
+        with pytest.raises(ExchangeError, match="no result document of a plan"):
+            export(broken, "moveit")
+    torn = copy.deepcopy(document)
+    del torn["grasps"][0]["joints"]["finger1_spread"]
+    with pytest.raises(ExchangeError, match="finger1_spread"):
+        export(torn, "moveit")
+
+
+class Runs:
+    def __reduce__(self):
+        return print, ("this must not be printed",)
+
+
+def test_pickles_run_nothing(capsys):
+    with pytest.raises(ExchangeError, match=r"asks for builtins.print to be run"):
+        load_npy(dump_npy({"grasp_qpos": Runs()}))
+    assert capsys.readouterr().out == ""
+
+
+@pytest.mark.parametrize("protocol", [2, 3, 4, 5])
+def test_arrays_of_any_age_are_read(protocol):
+    value = {"a": np.arange(3.0), "b": np.float64(2.5), "c": "text", "d": [1, (2, None)]}
+    header = dump_npy(value)
+    start = header.index(b"\n") + 1
+    array = np.empty((), dtype=object)
+    array[()] = value
+    read = load_npy(header[:start] + pickle.dumps(array, protocol=protocol))
+    np.testing.assert_array_equal(read["a"], value["a"])
+    assert (read["b"], read["c"], read["d"]) == (2.5, "text", [1, (2, None)])
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"grasp_qpos": np.zeros(5)}, "grasp_qpos of the DexGraspBench sample needs at least 7 finite numbers, got 5"),
+        ({"squeeze_qpos": np.zeros(9)}, "squeeze_qpos of the DexGraspBench sample needs 10 finite numbers, got 9"),
+        ({"obj_pose": "here"}, "obj_pose of the DexGraspBench sample is no row of numbers"),
+        ({"grasp_qpos": np.full(10, np.nan)}, "finite numbers"),
+    ],
+)
+def test_damaged_dexgraspbench_samples_are_refused(change, message):
+    sample = {"obj_pose": np.zeros(7), "obj_scale": 1.0, "obj_path": "x", "grasp_qpos": np.zeros(10)}
+    assert read_dexgraspbench(dump_npy(sample)).joint_names is None
+    with pytest.raises(ExchangeError, match=message):
+        read_dexgraspbench(dump_npy({**sample, **change}))
+    del sample["obj_path"]
+    with pytest.raises(ExchangeError, match="has no 'obj_path'"):
+        read_dexgraspbench(dump_npy(sample))
+
+
+def test_bytes_that_are_no_npy_are_refused():
+    whole = dump_npy({"a": np.arange(4.0)})
+    for broken in (b"", b"\x93NUMPY", whole[:40], whole[:-5], b"PK" + whole):
+        with pytest.raises(ExchangeError):
+            read_dexgraspbench(broken)
+    with pytest.raises(ExchangeError, match="is a dict, this file holds"):
+        read_dexgraspbench(dump_npy([{"a": 1}]))
