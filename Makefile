@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 PYPROJECTS := core/pyproject.toml clients/python/pyproject.toml service/pyproject.toml benchmarks/pyproject.toml
 COMPILE_LOCK := uv pip compile --universal --python-version 3.11 --generate-hashes --no-header --no-annotate \
-	--no-emit-package fingersplit --no-emit-package fingersplit-client $(PYPROJECTS) --quiet
+	--no-emit-package fingersplit --no-emit-package fingersplit-client $(PYPROJECTS) --extra all --quiet
 
 export PYTHONUNBUFFERED := 1
 export PIP_DISABLE_PIP_VERSION_CHECK := 1

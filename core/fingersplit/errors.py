@@ -7,6 +7,7 @@ __all__ = [
     "ExchangeError",
     "FingersplitError",
     "MeshError",
+    "MissingExtraError",
     "ParallelGraspError",
     "ResultError",
     "SettingsError",
@@ -37,6 +38,18 @@ class MeshError(FingersplitError):
     def __reduce__(self) -> tuple[type["MeshError"], tuple[str, str]]:
         """Survive the way back from a worker process with both arguments."""
         return type(self), (self.code, str(self))
+
+
+class MissingExtraError(FingersplitError, ImportError):
+    """An optional part of the package is needed and not installed."""
+
+    def __init__(self, package: str, extra: str) -> None:
+        super().__init__(f"This needs the package {package!r}: pip install 'fingersplit[{extra}]'.")
+        self.package, self.extra = package, extra
+
+    def __reduce__(self) -> tuple[type["MissingExtraError"], tuple[str, str]]:
+        """Survive the way back from a worker process with both arguments."""
+        return type(self), (self.package, self.extra)
 
 
 class UnknownHandError(FingersplitError):
