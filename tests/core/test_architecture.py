@@ -2,6 +2,7 @@
 
 import ast
 import importlib
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -15,22 +16,16 @@ PACKAGES = {
     "fingersplit_bench": REPOSITORY / "benchmarks" / "fingersplit_bench",
 }
 
-# Rooms from the ground up; a file imports from its own room and from lower floors only.
-FLOORS = (
-    {"errors", "compilation", "threads"},
-    {"transforms", "vectors"},
-    {"hands", "objects"},
-    {"grasp"},
-    {"parallel_grasps", "contacts"},
-    {"formats"},
-    {"splitting"},
-    {"feasibility"},
-    {"verification"},
-    {"execution"},
-    {"planning"},
-    {"recording"},
-    {"cli"},
-)
+CONTRIBUTING = (REPOSITORY / "CONTRIBUTING.md").read_text()
+
+
+def floors() -> tuple[set[str], ...]:
+    """Rooms from the ground up, as the table of CONTRIBUTING.md states them: a row is a floor."""
+    table = CONTRIBUTING.partition("| rooms of `core/fingersplit`")[2].partition("\n\n")[0].splitlines()[2:]
+    return tuple(set(re.findall(r"`(\w+)`", row.split("|")[1])) for row in reversed(table))
+
+
+FLOORS = floors()
 FLOOR_OF_ROOM = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}
 MAY_NOT_MEET = {
     "fingersplit": {"fingersplit_service", "fingersplit_client", "fingersplit_bench"},
@@ -67,6 +62,11 @@ def room(module: str) -> str | None:
     """The room of a dotted name below fingersplit; None for the package itself."""
     parts = module.split(".")
     return parts[1] if len(parts) > 1 else None
+
+
+def test_the_table_of_rooms_is_the_tree():
+    found = {path.stem for path in PACKAGES["fingersplit"].iterdir() if path.suffix == ".py" or path.is_dir()}
+    assert found - {"__init__", "__pycache__", "py"} == set(FLOOR_OF_ROOM)
 
 
 @pytest.mark.parametrize("source", sources("fingersplit"), ids=lambda source: name_of("fingersplit", source))

@@ -49,9 +49,9 @@ def test_all_names_every_extra():
 
 
 def test_a_missing_package_is_named_with_its_extra():
-    with pytest.raises(MissingExtraError, match=r"'no_such_package': pip install 'fingersplit\[recording\]'") as caught:
-        with extra("recording"):
-            import no_such_package  # noqa: F401
+    message = r"'no_such_package': pip install 'fingersplit\[recording\]'"
+    with pytest.raises(MissingExtraError, match=message) as caught, extra("recording"):
+        import no_such_package  # noqa: F401
     assert isinstance(caught.value, FingersplitError)
     assert isinstance(caught.value, ImportError)
 
