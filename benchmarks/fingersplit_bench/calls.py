@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from fingersplit.contacts.friction import DEFAULT_FRICTION
 from fingersplit.hands.hand import Hand
 from fingersplit.objects.model import ObjectModel
 from fingersplit.parallel_grasps.grasp_set import ParallelGrasps
@@ -60,7 +61,7 @@ def antipodal_grasps(model: ObjectModel, hand: Hand, starts: int) -> ParallelGra
         model,
         starts,
         source="antipodal",
-        friction=PlannerSettings().friction,
+        friction=DEFAULT_FRICTION,
         opening=hand.gripper.opening,
         rng=np.random.default_rng(SEED),
     )

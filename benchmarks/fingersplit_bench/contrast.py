@@ -4,9 +4,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from fingersplit.contacts.friction import DEFAULT_FRICTION
 from fingersplit.grasp import Grasp
 from fingersplit.planning.run import Run
-from fingersplit.verification.protocol import DEFAULT_FRICTION, Protocol
+from fingersplit.verification.protocol import Protocol
 from fingersplit.verification.protocols import load_protocol
 from fingersplit_bench.suite import table
 

@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fingersplit.contacts.friction import DEFAULT_FRICTION
 from fingersplit.objects.model import ObjectModel
 from fingersplit.planning.plan import Plan
 from fingersplit.planning.run import Run
-from fingersplit_bench.calls import FIDELITIES, paired_runs, plan_once, settings_of, warm_up
+from fingersplit_bench.calls import FIDELITIES, paired_runs, plan_once, warm_up
 from fingersplit_bench.cases import Case, cases_of, parallel_grasps_of
 from fingersplit_bench.paper_tables import PUBLISHED_STAGES, STAGES, gain_table, table_one, table_two
 from fingersplit_bench.plots import draw_metrics, draw_quality_profile
@@ -165,10 +166,10 @@ def _draw(bench: Bench, measured: list[CaseRuns]) -> list[dict[str, NDArray[np.f
         for fidelity, run in shown.steepest().items()
     }
     draw_quality_profile(bench.folder / "quality_profile.png", traces)
-    friction = settings_of("paper").friction
     best = [each for each in measured if each.plans["paper"][0].feasible]
     profiles = [
-        metric_profiles(each.plans["paper"][0].grasps[0].run.trace, each.model, friction) for each in best or measured
+        metric_profiles(each.plans["paper"][0].grasps[0].run.trace, each.model, DEFAULT_FRICTION)
+        for each in best or measured
     ]
     draw_metrics(bench.folder / "metrics.png", profiles)
     return profiles

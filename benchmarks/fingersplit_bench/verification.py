@@ -5,6 +5,7 @@ from dataclasses import replace
 from statistics import mean, median
 from typing import Any
 
+from fingersplit.contacts.friction import DEFAULT_FRICTION
 from fingersplit.grasp import Grasp
 from fingersplit.hands import Hand
 from fingersplit.objects.convex_pieces import ConvexPieces
@@ -13,7 +14,7 @@ from fingersplit.objects.model import prepare_object
 from fingersplit.objects.options import ObjectOptions
 from fingersplit.planning.planning import plan
 from fingersplit.verification import Verification, verify
-from fingersplit.verification.protocol import DEFAULT_FRICTION, Protocol
+from fingersplit.verification.protocol import Protocol
 from fingersplit.verification.protocols import available_protocols
 from fingersplit_bench.contrast import contrast_table, measure_contrast, time_step_sentence
 from fingersplit_bench.convex_pieces import measure_pieces, pieces_figure, pieces_table

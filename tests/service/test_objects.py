@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from fingersplit.contacts.friction import planned_friction
 from fingersplit.objects.options import ObjectOptions as CoreOptions
 from fingersplit.objects.parametric import PARAMETRIC_OBJECTS
 from fingersplit_client.schemas import CloudReport, ObjectInfo, ObjectOptions, Problem
@@ -133,8 +134,10 @@ def test_friction_of_the_object_is_what_the_planner_takes_unless_told(tmp_path):
         object_id, _ = keep_object(storage, PARAMETRIC_OBJECTS["cylinder"](), CoreOptions(friction=friction))
         model = prepared_object(storage, object_id, "can")
         assert model.content_hash == object_id
-        assert planner_settings(model, {"fidelity": "paper"}).friction == expected
-        assert planner_settings(model, {"friction": 0.3}).friction == 0.3
+        settings, requested = planner_settings({"fidelity": "paper"})
+        assert settings.fidelity == "paper"
+        assert planned_friction(requested, model.options.friction) == expected
+        assert planned_friction(planner_settings({"friction": 0.3})[1], model.options.friction) == 0.3
 
 
 async def test_a_file_is_needed(api):

@@ -71,7 +71,7 @@ def plan(
         str, typer.Option(help="Where parallel grasps are found: antipodal, surface_fitting or both.")
     ] = "antipodal",
     setting: Annotated[
-        list[str] | None, typer.Option(help="Planner setting as NAME=VALUE, such as friction=0.4; repeatable.")
+        list[str] | None, typer.Option(help="Planner setting as NAME=VALUE, such as pad_angle_limit=0.5; repeatable.")
     ] = None,
     json_file: Annotated[
         Path | None, typer.Option("--json", help="Write the result document here; - for standard output.")
@@ -91,6 +91,7 @@ def plan(
     initial: Annotated[bool, typer.Option(help="Verify the initial parallel grasps, too.")] = False,
 ) -> None:
     """Plan grasps for a mesh or a point cloud and print them, best first."""
+    from fingersplit.contacts.friction import without_friction
     from fingersplit.formats.importing import import_parallel_grasps
     from fingersplit.hands.hand import load_hand
     from fingersplit.objects.convex_pieces import decompose
@@ -102,8 +103,8 @@ def plan(
     from fingersplit.splitting.settings import PlannerSettings
 
     options = ObjectOptions(density=density, mass=mass, friction=friction, fairing=fairing)
-    known = {} if options.friction is None else {"friction": options.friction}
-    settings = PlannerSettings.from_document(known | named_values(setting or []))
+    named, requested_friction = without_friction(named_values(setting or []))
+    settings = PlannerSettings.from_document(named)
     planned_hand = load_hand(hand)
     shape, _ = load_object(file, unit, viewpoint)
     with _progress() as report:
@@ -121,6 +122,7 @@ def plan(
             seed=seed,
             top_k=top_k,
             settings=settings,
+            friction=requested_friction,
             progress=report,
         )
         if verified:
@@ -251,7 +253,7 @@ def _draw(result: Any, picture: Path) -> None:
 def _record(result: Any, recording: Path) -> None:
     from fingersplit.recording.run_recording import record_run
 
-    record_run(recording, result.model, result.hand, result.grasps[0])
+    record_run(recording, result.model, result.hand, result.grasps[0], friction=result.friction)
 
 
 def _table(document: dict[str, Any]) -> Table:

@@ -28,6 +28,7 @@ def record(
     ] = None,
 ) -> None:
     """Record a stored grasp: its run is repeated, which must give the same grasp, and so is its verification."""
+    from fingersplit.contacts.friction import planned_friction, without_friction
     from fingersplit.hands.hand import load_hand
     from fingersplit.objects.convex_pieces import decompose
     from fingersplit.objects.intake import load_mesh
@@ -39,23 +40,24 @@ def record(
     from fingersplit.verification import verify
 
     document = read_result(result)
-    settings = PlannerSettings.from_document(named_values(setting or []))
+    named, requested = without_friction(named_values(setting or []))
+    settings = PlannerSettings.from_document(named)
+    friction = planned_friction(requested, document.get("friction"))
     hand = load_hand(document["hand"])
     model = prepare_object(load_mesh(mesh, unit)[0], document["object"]["name"])
-    grasp = replay(document, rank, model, hand, settings)
+    grasp = replay(document, rank, model, hand, settings, friction)
     stored = document["grasps"][rank - 1]
     if stored["verification"] is not None:
         pieces, protocol = decompose(model.mesh), stored["verification"]["protocol"]
-        friction = stored["verification"]["settings"]["friction"]
+        simulated = stored["verification"]["settings"]["friction"]
         grasps = [grasp.run.final] + ([grasp.run.initial] if stored["initial"]["verification"] is not None else [])
         reports = [
-            verify(one, hand, model, pieces, protocol, friction=friction, planned_friction=settings.friction)
-            for one in grasps
+            verify(one, hand, model, pieces, protocol, friction=simulated, planned_friction=friction) for one in grasps
         ]
         grasp = replace(grasp, verification=reports[0], initial_verification=reports[1] if reports[1:] else None)
     run = RecordedRun.from_planned(grasp, hand)
     path = output or result.with_suffix(".rrd")
-    write_recording(path, model, hand, run, settings.friction)
+    write_recording(path, model, hand, run, friction)
     typer.echo(f"{path}: {len(run.trace)} states, {path.stat().st_size / 1e6:.1f} MB")
 
 

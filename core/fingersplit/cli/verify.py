@@ -48,13 +48,13 @@ def verify_stored(
     ] = None,
 ) -> None:
     """Simulate stored grasps in MuJoCo and say which hold, and why others do not."""
+    from fingersplit.contacts.friction import planned_friction as decide_friction
     from fingersplit.formats.stored_grasps import HandState, grasp_at, read_stored_grasps
     from fingersplit.objects.convex_pieces import decompose
     from fingersplit.objects.intake import load_mesh
     from fingersplit.objects.mesh import Mesh
     from fingersplit.objects.model import prepare_object
     from fingersplit.verification import verify
-    from fingersplit.verification.protocol import DEFAULT_FRICTION
     from fingersplit.verification.protocols import load_protocol
 
     preset = load_protocol(protocol, named_values(number or []))
@@ -72,7 +72,7 @@ def verify_stored(
         raise SettingsError(f"rank is {rank}; {result.name} has {len(stored.grasps)} grasps.")
     chosen = stored.grasps if rank is None else stored.grasps[rank - 1 : rank]
     pieces = decompose(checked)
-    believed = planned_friction or stored.friction or DEFAULT_FRICTION
+    grip_friction = decide_friction(planned_friction, stored.friction)
 
     def report(state: HandState) -> dict[str, Any]:
         grasp = grasp_at(model, stored.hand, state)
@@ -82,8 +82,8 @@ def verify_stored(
             model,
             pieces,
             preset,
-            friction=believed if friction is None else friction,
-            planned_friction=believed,
+            friction=grip_friction if friction is None else friction,
+            planned_friction=grip_friction,
             mass=mass,
             controller=controller,
             threads=threads,

@@ -5,6 +5,7 @@ from time import perf_counter
 
 import numpy as np
 
+from fingersplit.contacts.friction import planned_friction
 from fingersplit.errors import ParallelGraspError, SettingsError
 from fingersplit.hands.hand import Hand
 from fingersplit.objects.model import ObjectModel
@@ -33,6 +34,7 @@ def plan(
     seed: int = 0,
     top_k: int = 10,
     settings: PlannerSettings | None = None,
+    friction: float | None = None,
     threads: int = 1,
     progress: Progress | None = None,
 ) -> Plan:
@@ -47,7 +49,9 @@ def plan(
         starts: Most runs of the finger splitting.
         seed: Seed of every random choice.
         top_k: Most grasps to return.
-        settings: Parameters of the splitting; None for the defaults, with the object's friction if it is known.
+        settings: Parameters of the splitting; None for the defaults.
+        friction: Coulomb friction between pads and object to plan for; None for what is known of the object, else the
+            default, see ``contacts.friction``.
         threads: Threads that search, screen, split and judge; the answer does not depend on it.
         progress: Called with a stage name and the share of that stage that is done, 0..1.
 
@@ -56,11 +60,13 @@ def plan(
         feasible, the best infeasible ones with what they violate, and a message that says why.
 
     Raises:
-        SettingsError: ``starts``, ``top_k`` or ``threads`` below 1, a negative seed, or an unknown source.
+        SettingsError: ``starts``, ``top_k`` or ``threads`` below 1, a negative seed, an unknown source, or a friction
+            out of range.
         ParallelGraspError: A given contact lies off the surface.
     """
     _check(starts=starts, top_k=top_k, threads=threads, seed=seed)
-    settings = settings or PlannerSettings(friction=model.options.friction or PlannerSettings.friction)
+    settings = settings or PlannerSettings()
+    friction = planned_friction(friction, model.options.friction)
     report = progress or (lambda _stage, _share: None)
     seconds: dict[str, float] = {}
     watch = _Watch(seconds)
@@ -71,7 +77,7 @@ def plan(
             model,
             starts,
             source=source,
-            friction=settings.friction,
+            friction=friction,
             opening=hand.gripper.opening,
             rng=np.random.default_rng(seed),
             threads=threads,
@@ -84,11 +90,11 @@ def plan(
     watch.lap("mapping")
     runs = split_starts(problem, model.patches, hand, chosen, threads=threads, report=report)
     watch.lap("splitting")
-    grasps = rank_runs(model, runs, top_k, settings, threads)
+    grasps = rank_runs(model, runs, top_k, friction, threads)
     watch.lap("ranking")
     report("ranking", 1.0)
-    message = describe_outcome(len(parallel_grasps), runs, hand, settings)
-    return Plan(hand, model, seed, starts, settings.friction, runs, grasps, message, seconds)
+    message = describe_outcome(len(parallel_grasps), runs, hand, friction)
+    return Plan(hand, model, seed, starts, friction, runs, grasps, message, seconds)
 
 
 def _check(*, starts: int, top_k: int, threads: int, seed: int) -> None:

@@ -14,7 +14,6 @@ from fingersplit.hands.hand import Hand
 from fingersplit.objects.model import ObjectModel
 from fingersplit.planning.plan import PlannedGrasp
 from fingersplit.planning.run import Run
-from fingersplit.splitting.settings import PlannerSettings
 
 __all__ = ["describe_outcome", "rank_runs"]
 
@@ -23,7 +22,7 @@ SAME_POSITION, SAME_ROTATION = 5e-3, 0.1
 
 
 def rank_runs(
-    model: ObjectModel, runs: Sequence[Run], top_k: int, settings: PlannerSettings, threads: int = 1
+    model: ObjectModel, runs: Sequence[Run], top_k: int, friction: float, threads: int = 1
 ) -> tuple[PlannedGrasp, ...]:
     """The best ``top_k`` runs that are not nearly a better one, with metrics, forces and execution.
 
@@ -32,9 +31,7 @@ def rank_runs(
     """
     if not runs:
         return ()
-    holdings = assess_holding(
-        _contacts(runs), model.surface, settings.friction, model.mass, model.center_of_mass, threads
-    )
+    holdings = assess_holding(_contacts(runs), model.surface, friction, model.mass, model.center_of_mass, threads)
     order = sorted(
         range(len(runs)),
         key=lambda i: (runs[i].outcome.violations, -holdings[i].margin, -runs[i].last.quality),
@@ -45,12 +42,12 @@ def rank_runs(
             break
         if not any(_nearly_same(runs[i], runs[better]) for better in kept):
             kept.append(i)
-    return tuple(_planned(rank, runs[i], holdings[i], model, settings) for rank, i in enumerate(kept, 1))
+    return tuple(_planned(rank, runs[i], holdings[i], model, friction) for rank, i in enumerate(kept, 1))
 
 
-def _planned(rank: int, run: Run, holding: Holding, model: ObjectModel, settings: PlannerSettings) -> PlannedGrasp:
+def _planned(rank: int, run: Run, holding: Holding, model: ObjectModel, friction: float) -> PlannedGrasp:
     final = run.final
-    space = WrenchSpace(final.contacts, final.normals, settings.friction, model.center_of_mass, model.radius)
+    space = WrenchSpace(final.contacts, final.normals, friction, model.center_of_mass, model.radius)
     metrics = assess(space, run.scores, holding.margin)
     execution = plan_execution(run.problem, run.hand, run.last, holding.forces)
     return PlannedGrasp(rank, run, metrics, holding, execution, _reason(run, holding, execution, model.mass * GRAVITY))
@@ -100,7 +97,7 @@ def _nearly_same(a: Run, b: Run) -> bool:
     return bool(math.acos(min(1.0, max(-1.0, cosine))) < SAME_ROTATION)
 
 
-def describe_outcome(grasps: int, runs: Sequence[Run], hand: Hand, settings: PlannerSettings) -> str:
+def describe_outcome(grasps: int, runs: Sequence[Run], hand: Hand, friction: float) -> str:
     """One sentence on how the runs that came of ``grasps`` parallel grasps ended; why none is feasible, if none is."""
     feasible = sum(run.feasible for run in runs)
     if feasible:
@@ -109,7 +106,7 @@ def describe_outcome(grasps: int, runs: Sequence[Run], hand: Hand, settings: Pla
         low, high = (1e3 * x for x in hand.gripper.opening)
         return (
             f"No parallel grasp exists to start from: no two opposite surface points lie inside each other's friction "
-            f"cones (friction {settings.friction:g}) within the hand's opening of {low:g} to {high:g} mm."
+            f"cones (friction {friction:g}) within the hand's opening of {low:g} to {high:g} mm."
         )
     if not runs:
         return (

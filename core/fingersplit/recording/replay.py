@@ -38,7 +38,7 @@ def read_result(path: Path) -> dict[str, Any]:
 
 
 def replay(
-    document: dict[str, Any], rank: int, model: ObjectModel, hand: Hand, settings: PlannerSettings
+    document: dict[str, Any], rank: int, model: ObjectModel, hand: Hand, settings: PlannerSettings, friction: float
 ) -> PlannedGrasp:
     """Split the fingers again from the parallel grasp that a stored grasp came from.
 
@@ -48,6 +48,7 @@ def replay(
         model: The object it was planned for.
         hand: The hand it was planned for.
         settings: The settings it was planned with; documents do not hold them.
+        friction: The friction it was planned for.
 
     Returns:
         The same grasp, with its trace.
@@ -65,7 +66,7 @@ def replay(
         raise ResultError(f"The result has no grasp of rank {rank}; it has {len(document['grasps'])}.")
     parallel_grasp = ParallelGrasp.from_document(stored["initial"]["parallel_grasp"])
     joints = np.array([stored["joints"][name] for name in hand.joint_names])
-    for grasp in plan(model, hand, [parallel_grasp], starts=2, top_k=2, settings=settings).grasps:
+    for grasp in plan(model, hand, [parallel_grasp], starts=2, top_k=2, settings=settings, friction=friction).grasps:
         if np.abs(grasp.run.final.joints - joints).max() < SAME:
             return replace(grasp, rank=rank)
     raise ResultError(

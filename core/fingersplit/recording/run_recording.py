@@ -11,6 +11,7 @@ import numpy as np
 import rerun as rr
 from numpy.typing import NDArray
 
+from fingersplit.contacts.friction import planned_friction
 from fingersplit.hands.hand import Hand
 from fingersplit.objects.model import ObjectModel
 from fingersplit.planning.plan import PlannedGrasp
@@ -22,7 +23,6 @@ from fingersplit.recording.posing import Poses, pose_links
 from fingersplit.recording.recorded_run import RecordedRun
 from fingersplit.recording.story import log_story
 from fingersplit.recording.stream import recording_file
-from fingersplit.splitting.settings import PlannerSettings
 from fingersplit.verification import Verification
 
 __all__ = ["record_run", "write_recording"]
@@ -32,7 +32,12 @@ STILL = Poses(np.array([[[0.0, 0.0, 0.0, 1.0]]]), np.zeros((1, 1, 3)))
 
 
 def record_run(
-    path: Path, model: ObjectModel, hand: Hand, grasp: PlannedGrasp, initial_verification: Verification | None = None
+    path: Path,
+    model: ObjectModel,
+    hand: Hand,
+    grasp: PlannedGrasp,
+    initial_verification: Verification | None = None,
+    friction: float | None = None,
 ) -> None:
     """Write the recording of a grasp that was just planned, with the simulation of its verification if it has one.
 
@@ -42,8 +47,9 @@ def record_run(
         hand: The hand.
         grasp: The grasp.
         initial_verification: Verification of the mapped parallel grasp, shown beside it; by default the grasp's own.
+        friction: As for ``write_recording``.
     """
-    write_recording(path, model, hand, RecordedRun.from_planned(grasp, hand, initial_verification))
+    write_recording(path, model, hand, RecordedRun.from_planned(grasp, hand, initial_verification), friction)
 
 
 def write_recording(
@@ -56,9 +62,9 @@ def write_recording(
         model: The object.
         hand: The hand.
         run: What is told.
-        friction: Coulomb friction coefficient of the planner; None for its default.
+        friction: Coulomb friction coefficient that was planned for; None as for ``plan``.
     """
-    friction = PlannerSettings().friction if friction is None else friction
+    friction = planned_friction(friction, model.options.friction)
     lift = None if run.simulation is None else Lift(run.simulation, hand)
     initial = None if run.initial_simulation is None else Lift(run.initial_simulation, hand)
     lifts = [one for one in (lift, initial) if one is not None]

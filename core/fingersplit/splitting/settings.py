@@ -71,7 +71,6 @@ class PlannerSettings:
     pad_angle_weight: float = _setting(0.1, "1/rad^2", "Weight of the pad angle potential.", 0.0, 1e3, paper=0.0)
     joint_limit_margin: float = _setting(0.05, "1", "Joints nearer to a limit, as a share of the range.", 0.0, 0.5)
     joint_limit_weight: float = _setting(0.1, "1", "Weight of the joint limit potential.", 0.0, 1e3, paper=0.0)
-    friction: float = _setting(0.6, "1", "Coulomb friction between pads and object.", 0.01, 5.0)
 
     def __post_init__(self) -> None:
         if self.fidelity not in FIDELITIES:
@@ -108,7 +107,10 @@ class PlannerSettings:
         known = [setting.name for setting in fields(cls)]
         unknown = sorted(set(document) - set(known))
         if unknown:
-            raise SettingsError(f"Unknown planner setting {unknown[0]!r}; known: {', '.join(known)}.")
+            raise SettingsError(
+                f"Unknown planner setting {unknown[0]!r}; known: {', '.join(known)}. The friction is no setting of the "
+                f"splitting: give it to `plan`, or as an option of the object."
+            )
         return cls.of(**{"fidelity": "default", **document})
 
     def for_kernels(self) -> np.record:

@@ -11,14 +11,14 @@ from numpy.typing import NDArray
 
 from fingersplit.errors import SettingsError
 
-__all__ = ["DEFAULT_FRICTION", "Branch", "Phase", "Protocol", "at_rest", "setting"]
+__all__ = ["REFERENCE_FRICTION", "Branch", "Phase", "Protocol", "at_rest", "setting"]
 
 Motion = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 """Palm displacement (T, 3) [m], world frame, by time since the phase began (T,) [s]."""
 Vector = tuple[float, float, float]
 
-DEFAULT_FRICTION = 0.6
-"""Sliding friction where none is asked for; the torsional friction of protocols belongs to it."""
+REFERENCE_FRICTION = 0.6
+"""Sliding friction that the torsional friction of protocols is stated for."""
 
 
 def setting(default: float | None, unit: str, doc: str, low: float, high: float) -> Any:

@@ -10,6 +10,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from fingersplit.contacts.friction import DEFAULT_FRICTION
 from fingersplit.contacts.grip import Grip, GripProblem, least_grip
 from fingersplit.errors import SettingsError
 from fingersplit.grasp import Grasp
@@ -18,7 +19,7 @@ from fingersplit.objects.convex_pieces import ConvexPieces
 from fingersplit.objects.model import ObjectModel
 from fingersplit.verification.controllers import Controller, load_controller
 from fingersplit.verification.judging import film, judge_branch, measure_phase
-from fingersplit.verification.protocol import DEFAULT_FRICTION, Phase, Protocol
+from fingersplit.verification.protocol import REFERENCE_FRICTION, Phase, Protocol
 from fingersplit.verification.protocols import load_protocol
 from fingersplit.verification.report import BranchReport, PhaseReport, Reason, Simulation, Verification
 from fingersplit.verification.scene import Scene
@@ -75,7 +76,7 @@ def verify(
             raise SettingsError(f"{name} is {value!r}; it must be above 0.")
     scene = _scenes.get(hand, pieces)
     scene.set_object(mass, model.center_of_mass, mass / model.mass * model.inertia)
-    scene.set_friction(protocol.friction_scale * sliding, protocol.torsional_friction * sliding / DEFAULT_FRICTION)
+    scene.set_friction(protocol.friction_scale * sliding, protocol.torsional_friction * sliding / REFERENCE_FRICTION)
     scene.model.opt.timestep = protocol.time_step
     scene.place(grasp)
     penetration = float(scene.penetrations().max())

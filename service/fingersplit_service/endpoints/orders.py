@@ -9,6 +9,7 @@ from uuid import uuid4
 from fastapi import Header
 from pydantic import TypeAdapter
 
+from fingersplit.contacts.friction import without_friction
 from fingersplit.errors import ParallelGraspError, SettingsError
 from fingersplit.parallel_grasps.parallel_grasp import ParallelGrasp
 from fingersplit.splitting.settings import PlannerSettings
@@ -65,7 +66,7 @@ async def order(runtime: Runtime, principal: Principal, asked: JobCreate, prefix
         detail = f"Unknown hand {asked.hand!r}; known hands: {', '.join(hands)}."
         raise ProblemError(ProblemKind.INVALID_REQUEST, detail, field=f"{prefix}/hand", valid=hands)
     try:
-        PlannerSettings.from_document(asked.planner)
+        PlannerSettings.from_document(without_friction(asked.planner)[0])
     except SettingsError as error:
         raise ProblemError(ProblemKind.INVALID_REQUEST, str(error), field=f"{prefix}/planner") from error
     check_grasps(asked.parallel_grasps or [], prefix)

@@ -62,7 +62,7 @@ def plan_job(storage: Storage, order: JobOrder) -> JobOutcome:
     time_to_verify = time.monotonic() + _SHARE_OF_DEADLINE * order.deadline_s
     report_progress("preparing", 0.0)
     model = prepared_object(storage, order.object_id, order.object_name)
-    settings = planner_settings(model, asked["planner"])
+    settings, friction = planner_settings(asked["planner"])
     grasps = asked["parallel_grasps"]
     planned = plan(
         model,
@@ -73,6 +73,7 @@ def plan_job(storage: Storage, order: JobOrder) -> JobOutcome:
         seed=asked["seed"],
         top_k=asked["top_k"],
         settings=settings,
+        friction=friction,
         progress=report_progress,
     )
     if asked["verified"]:

@@ -64,12 +64,13 @@ def convex_pieces(storage: Storage, object_id: str) -> "ConvexPieces":
     return ConvexPieces.from_arrays(arrays)
 
 
-def planner_settings(model: "ObjectModel", asked: dict[str, Any]) -> "PlannerSettings":
-    """The planner's settings for an object: its friction, where it is known and nothing else is asked for."""
+def planner_settings(asked: dict[str, Any]) -> tuple["PlannerSettings", float | None]:
+    """The planner's settings, and the friction that a request names among them."""
+    from fingersplit.contacts.friction import without_friction
     from fingersplit.splitting.settings import PlannerSettings
 
-    known = {} if model.options.friction is None else {"friction": model.options.friction}
-    return PlannerSettings.from_document(known | asked)
+    named, friction = without_friction(asked)
+    return PlannerSettings.from_document(named), friction
 
 
 @lru_cache(maxsize=_PREPARED_OBJECTS)

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from fingersplit_service.jobs.planning import JobOrder, JobOutcome, plan_job, record_job
-from fingersplit_service.jobs.stored_objects import convex_pieces, keep_object, planner_settings, prepared_object
+from fingersplit_service.jobs.stored_objects import convex_pieces, keep_object, prepared_object
 from fingersplit_service.jobs.views import DrawTask, ExportedFile, convert_result, draw_view
 from fingersplit_service.storage import Storage
 
@@ -134,16 +134,16 @@ def generate_parallel_grasps(storage: Storage, object_id: str, asked: dict[str, 
     """Find parallel grasps of an object that fit a hand's opening, as a ``ParallelGraspsGenerate`` document says."""
     import numpy as np
 
+    from fingersplit.contacts.friction import planned_friction
     from fingersplit.hands.hand import load_hand
     from fingersplit.parallel_grasps.sources import find_parallel_grasps
 
     model = prepared_object(storage, object_id, object_id)
-    said = {} if asked["friction"] is None else {"friction": asked["friction"]}
     grasps = find_parallel_grasps(
         model,
         2 * asked["count"],  # a pair is two starts, one for either assignment of the fingers
         source=asked["source"],
-        friction=planner_settings(model, said).friction,
+        friction=planned_friction(asked["friction"], model.options.friction),
         opening=load_hand(asked["hand"]).gripper.opening,
         rng=np.random.default_rng(asked["seed"]),
     )

@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from fingersplit_service.jobs.stored_objects import planner_settings, prepared_object
+from fingersplit_service.jobs.stored_objects import prepared_object
 from fingersplit_service.storage import Storage
 
 __all__ = [
@@ -68,6 +68,7 @@ def convert_result(result: str, format_name: str, rank: int | None) -> ExportedF
 
 def draw_view(storage: Storage, order: ViewOrder) -> None:
     """Make what somebody wants to look at out of the traces that a job kept."""
+    from fingersplit.contacts.friction import planned_friction
     from fingersplit.recording import stored
 
     model = prepared_object(storage, order.object_id, order.object_name)
@@ -80,7 +81,7 @@ def draw_view(storage: Storage, order: ViewOrder) -> None:
         elif order.name == "animation.webp":
             stored.animate_stored(traces, mesh, order.rank, staged)
         else:
-            friction = planner_settings(model, {} if order.friction is None else {"friction": order.friction}).friction
+            friction = planned_friction(order.friction, model.options.friction)
             stored.record_stored(traces, model, order.rank, staged, friction)
 
 

@@ -7,7 +7,6 @@ from fingersplit.errors import SettingsError
 from fingersplit.objects.convex_pieces import decompose
 from fingersplit.planning.planning import plan
 from fingersplit.planning.proving import prove
-from fingersplit.splitting.settings import PlannerSettings
 from fingersplit_client.schemas import PlanResult
 
 
@@ -55,7 +54,7 @@ def test_list_ends_and_deadline_ends(found, pieces):
 
 
 def test_grip_is_planned_for_the_friction_of_the_plan(prepared, barrett, pieces):
-    careful = plan(prepared("wedge"), barrett, starts=16, seed=1, top_k=1, settings=PlannerSettings(friction=0.4))
+    careful = plan(prepared("wedge"), barrett, starts=16, seed=1, top_k=1, friction=0.4)
     alone = prove(careful, pieces, verified=1).grasps[0].verification
     elsewhere = prove(careful, pieces, verified=1, friction=0.2).grasps[0].verification
     assert (alone.settings["friction"], alone.settings["planned_friction"]) == ([0.4] * 3, 0.4)

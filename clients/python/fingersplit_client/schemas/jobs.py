@@ -62,7 +62,8 @@ class JobCreate(Document):
     top_k: int = Field(default=10, ge=1, le=100, description="How many grasps to return at most, best first.")
     planner: dict[str, bool | int | float | str] = Field(
         default={},
-        description="Planner settings that differ from their defaults, by name, in SI units and radians.",
+        description="Planner settings that differ from their defaults, by name, in SI units and radians. `friction` "
+        "may stand among them: the Coulomb friction to plan for, instead of the object's.",
     )
     verified: int = Field(
         default=0, ge=0, le=100, description="Simulate ranked grasps, best first, until so many have held."
