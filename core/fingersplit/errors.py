@@ -6,6 +6,7 @@ __all__ = [
     "CacheError",
     "ExchangeError",
     "FingersplitError",
+    "HandError",
     "MeshError",
     "MissingExtraError",
     "ParallelGraspError",
@@ -62,6 +63,10 @@ class UnknownHandError(FingersplitError):
     def __reduce__(self) -> tuple[type["UnknownHandError"], tuple[str, tuple[str, ...]]]:
         """Survive the way back from a worker process with both arguments."""
         return type(self), (self.name, self.known)
+
+
+class HandError(FingersplitError):
+    """A hand whose description or model cannot be planned with; the text says what to change."""
 
 
 class ParallelGraspError(FingersplitError):

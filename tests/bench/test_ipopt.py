@@ -7,8 +7,8 @@ import trimesh
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fingersplit.splitting.objective import manipulability as own_manipulability
-from fingersplit.splitting.objective import object_quality as own_object_quality
+from fingersplit.splitting.objective_kernel import manipulability as own_manipulability
+from fingersplit.splitting.objective_kernel import object_quality as own_object_quality
 from fingersplit_bench.calls import plan_once, settings_of
 from fingersplit_bench.ipopt.implicit_surface import fit_surface, signed_distance
 from fingersplit_bench.ipopt.judgement import judge_grasp

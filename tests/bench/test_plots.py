@@ -3,7 +3,8 @@
 import numpy as np
 from matplotlib.image import imread
 
-from fingersplit.splitting.trace import CPO, MAP, PPO, Trace
+from fingersplit.splitting.trace import Trace
+from fingersplit.splitting.trace_kernel import CPO, MAP, PPO
 from fingersplit_bench.plots import draw_metrics, draw_quality_profile
 from fingersplit_bench.profiles import METRICS
 

@@ -14,14 +14,15 @@ from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 from fingersplit.hands import Hand
-from fingersplit.hands.shapes import BOX, CAPSULE, CYLINDER
+from fingersplit.hands.kinematics_kernel import move_fingers
+from fingersplit.hands.shapes_kernel import BOX, CAPSULE, CYLINDER
 from fingersplit.objects.mesh import Mesh
 from fingersplit.objects.model import ObjectModel
 from fingersplit.parallel_grasps.antipodal import sample_antipodal
 from fingersplit.planning.run import Run
 from fingersplit.planning.starts import Start, build_problem, choose_starts, split_starts
 from fingersplit.splitting.settings import PlannerSettings
-from fingersplit.splitting.state import Problem
+from fingersplit.splitting.state import Problem, new_states
 from fingersplit.transforms import rotation_to_axis
 
 
@@ -263,3 +264,17 @@ def verify_grasp(
         assert mujoco_barrett.depth_of_triangles(exact.triangles) < 1e-3 + 0.01e-3
 
     return verify
+
+
+@pytest.fixture(scope="session")
+def posed_state(barrett: Hand) -> Callable[[ArrayLike, ArrayLike], np.record]:
+    """A ``STATE`` record of the Barrett hand with joints (8,) [rad] and a palm pose (4, 4)."""
+
+    def pose(joints: ArrayLike, object_from_palm: ArrayLike) -> np.record:
+        state, palm = new_states(1)[0], np.asarray(object_from_palm)
+        state.joints[: len(barrett.joint_names)] = joints
+        state.palm_rotation, state.palm_position = palm[:3, :3], palm[:3, 3]
+        move_fingers(barrett.arrays, state)
+        return state
+
+    return pose

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from fingersplit.vectors import (
+from fingersplit.vectors_kernel import (
     add,
     angle_between,
     column,
@@ -25,7 +25,7 @@ from fingersplit.vectors import (
     solve_positive_definite,
     subtract,
 )
-from fingersplit.vectors import vector as vector_of
+from fingersplit.vectors_kernel import vector as vector_of
 
 coordinate = st.floats(-10, 10, allow_nan=False).filter(lambda x: x == 0 or abs(x) > 1e-6)
 vector = st.tuples(coordinate, coordinate, coordinate)

@@ -5,11 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fingersplit.feasibility.penetration import exact_penetration
+from fingersplit.feasibility.penetration_kernel import exact_penetration
 from fingersplit.hands.hand import Hand
 from fingersplit.objects.model import ObjectModel
 from fingersplit.objects.surface import closest, touch
-from fingersplit.splitting.objective import manipulability, object_quality
+from fingersplit.splitting.objective_kernel import manipulability, object_quality
 from fingersplit.splitting.settings import PlannerSettings
 
 __all__ = ["Judgement", "judge_grasp"]

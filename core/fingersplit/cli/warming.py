@@ -6,18 +6,18 @@ from fingersplit.compilation import kernel_cache_folder
 from fingersplit.hands.hand import Hand
 from fingersplit.objects.model import prepare_object
 from fingersplit.objects.parametric import cylinder
-from fingersplit.parallel_grasps.closing import close_jaws
+from fingersplit.parallel_grasps.closing_kernel import close_jaws
 from fingersplit.planning.planning import plan
 from fingersplit.recording.posing import pose_links
 from fingersplit.recording.shading import shade_hand
-from fingersplit.recording.surface_points import hit_points, reference_points
+from fingersplit.recording.surface_points import points_in_collision, reference_points
 
 __all__ = ["compile_kernels", "kernels_are_compiled"]
 
 
 def kernels_are_compiled() -> bool:
     """Whether the cache holds compiled kernels of these sources."""
-    return kernel_cache_folder("fingersplit.splitting.finger_splitting").exists()
+    return kernel_cache_folder("fingersplit.splitting.finger_splitting_kernel").exists()
 
 
 def compile_kernels(hand: Hand) -> None:
@@ -28,6 +28,6 @@ def compile_kernels(hand: Hand) -> None:
     close_jaws(model.triangles, none, none, none, np.zeros(0), np.zeros((0, 2)), np.zeros((0, 2, 3)))
     state = hand.lower[None], np.eye(3)[None], np.zeros((1, 3))
     pose_links(hand, *state)
-    hit_points(hand, model, *state)
+    points_in_collision(hand, model, *state)
     reference_points(model, none)
     shade_hand(hand)

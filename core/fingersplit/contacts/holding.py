@@ -20,11 +20,11 @@ from numpy.typing import NDArray
 
 from fingersplit.compilation import kernel
 from fingersplit.contacts.linear_program import MAX_ROWS, MAX_VARIABLES, maximize
-from fingersplit.hands.kernel import MAX_FINGERS
+from fingersplit.hands.limits import MAX_FINGERS
 from fingersplit.objects.grid import cell_range
 from fingersplit.objects.surface import Surface
 from fingersplit.threads import in_threads
-from fingersplit.vectors import add, angle_between, cross, dot, get, norm, scale, subtract
+from fingersplit.vectors_kernel import add, angle_between, cross, dot, get, norm, scale, subtract
 
 __all__ = ["GRAVITY", "Contacts", "Holding", "assess_holding", "footprint_friction"]
 
@@ -93,8 +93,9 @@ class Contacts(NamedTuple):
     Attributes:
         points: Contact points, (n, F, 3) [m].
         normals: Outward surface normals there, (n, F, 3).
-        jacobians: Of the pads by their finger's joints, (n, F, 3, MAX_JOINTS) [m/rad].
-        torque_limits: Largest torque of each finger's joints, infinite where there is no joint, (F, MAX_JOINTS) [N m].
+        jacobians: Of the pads by their finger's joints, (n, F, 3, MAX_CHAIN_JOINTS) [m/rad].
+        torque_limits: Largest torque of each finger's joints, infinite where there is no joint,
+            (F, MAX_CHAIN_JOINTS) [N m].
     """
 
     points: NDArray[np.float64]

@@ -1,7 +1,7 @@
 """Small linear programs inside kernels: a primal-dual interior-point method on dense arrays [Mehrotra1992]."""
 
 from fingersplit.compilation import kernel
-from fingersplit.vectors import solve_positive_definite
+from fingersplit.vectors_kernel import solve_positive_definite
 
 __all__ = ["MAX_ROWS", "MAX_VARIABLES", "maximize"]
 

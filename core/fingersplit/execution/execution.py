@@ -10,28 +10,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fingersplit.compilation import kernel
+from fingersplit.execution.execution_kernel import open_and_retreat
 from fingersplit.hands.hand import Hand
-from fingersplit.hands.kernel import move_fingers
-from fingersplit.splitting.collision import measure_clearances
 from fingersplit.splitting.state import Problem, new_states, new_work
 from fingersplit.transforms import pose_matrix
-from fingersplit.vectors import get
 
 __all__ = ["GraspExecution", "plan_execution"]
 
-OPENING_STEP, OPENING_STEPS = 4e-3, 6
-"""Pads open in steps of this length [m], at most so many."""
-MIN_OPENING = 2
-"""Steps; with less the hand would brush along the object."""
-RETREAT, RETREAT_STEPS = 0.1, 20
-"""How far the palm backs off [m], and where on the way it is tested."""
-OPENING_DAMPING = 0.01
-"""[m/rad]; a tenth of a finger's reach, so that a finger which cannot open does not swing."""
 SQUEEZE_DEPTH = 10e-3
 """How far the farthest pad would go into the object if it could [m]."""
-FREE = 1e-4
-"""[m]; links deeper in the object than this touch it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +50,7 @@ def plan_execution(
     states = new_states(1)
     states[0] = grasp
     axis = grasp.palm_rotation @ hand.gripper.palm_from_gripper[:, 2]
-    free = _open_and_retreat(problem, states[0], -axis, new_work())
+    free = open_and_retreat(problem, states[0], -axis, new_work())
     start = states[0]
     pose = pose_matrix(start.palm_rotation, start.palm_position) if free else None
     pregrasp = start.joints[: len(hand.joint_names)].copy()
@@ -84,45 +71,3 @@ def _squeeze(problem: Problem, hand: Hand, grasp: np.record, forces: NDArray[np.
         reach = max(reach, float(np.linalg.norm(J @ J.T @ force)))
     joints = grasp.joints[: len(hand.joint_names)]
     return np.asarray(np.clip(joints + SQUEEZE_DEPTH / reach * torques, hand.lower, hand.upper))
-
-
-@kernel
-def _open_fingers(hand, state, work):
-    """The smallest joint motion that moves every pad by ``OPENING_STEP`` along its contact's normal, within limits."""
-    for finger in range(hand.finger_count):
-        count, indices, J = hand.joint_counts[finger], hand.joint_indices[finger], state.jacobians[finger]
-        n, squared = get(state.normals, finger), OPENING_DAMPING**2
-        for i in range(count):
-            work.steps[i] = J[0, i] * n[0] + J[1, i] * n[1] + J[2, i] * n[2]
-            squared += work.steps[i] ** 2
-        for i in range(count):
-            j = indices[i]
-            angle = state.joints[j] + OPENING_STEP / squared * work.steps[i]
-            state.joints[j] = min(max(angle, hand.lower[j]), hand.upper[j])
-    move_fingers(hand, state)
-
-
-@kernel
-def _open_and_retreat(problem, state, backwards, work):
-    """Open the fingers as far as nothing touches, then back the palm off; whether all of it was free."""
-    hand = problem.hand
-    for opened in range(OPENING_STEPS):
-        joints = state.joints.copy()
-        _open_fingers(hand, state, work)
-        if opened >= MIN_OPENING and _touches(problem, state, work):
-            state.joints[:] = joints
-            move_fingers(hand, state)
-            break
-    free = not _touches(problem, state, work)
-    for _ in range(RETREAT_STEPS):
-        for k in range(3):
-            state.palm_position[k] += RETREAT / RETREAT_STEPS * backwards[k]
-        move_fingers(hand, state)
-        free = free and not _touches(problem, state, work)
-    return free
-
-
-@kernel
-def _touches(problem, state, work):
-    measure_clearances(problem.hand, state, problem.collision, problem.distance, work.rotation)
-    return state.penetration > FREE

@@ -26,7 +26,7 @@ from fingersplit.formats.isaac import read_isaac, recognises_isaac
 from fingersplit.formats.jaw_poses import JawPoses
 from fingersplit.formats.own_json import read_own_json, recognises_own_json
 from fingersplit.objects.model import ObjectModel
-from fingersplit.parallel_grasps.closing import close_jaws
+from fingersplit.parallel_grasps.closing_kernel import close_jaws
 from fingersplit.parallel_grasps.grasp_set import ParallelGrasps
 
 __all__ = ["IMPORT_FORMATS", "ImportFormat", "ImportedGrasps", "import_parallel_grasps"]

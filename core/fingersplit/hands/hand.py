@@ -11,8 +11,10 @@ import trimesh
 from numpy.typing import ArrayLike, NDArray
 
 from fingersplit.errors import UnknownHandError
-from fingersplit.hands.kernel import MAX_JOINTS, POSE, move_fingers, place_shape
+from fingersplit.hands.kinematics_kernel import move_fingers, place_shape
+from fingersplit.hands.limits import MAX_CHAIN_JOINTS
 from fingersplit.hands.mjcf import read_mjcf
+from fingersplit.hands.records import POSE
 from fingersplit.hands.shapes import shape_mesh
 from fingersplit.transforms import pose_matrix, transform_points
 
@@ -90,8 +92,8 @@ class Hand:
 
     @cached_property
     def finger_torque_limits(self) -> NDArray[np.float64]:
-        """Largest torque of each finger's joints from the palm outwards, infinite beyond, (F, MAX_JOINTS) [N m]."""
-        limits = np.full((len(self.fingers), MAX_JOINTS), np.inf)
+        """Largest torque of each finger's joints, infinite beyond its last, (F, MAX_CHAIN_JOINTS) [N m]."""
+        limits = np.full((len(self.fingers), MAX_CHAIN_JOINTS), np.inf)
         for f, count in enumerate(self.arrays.joint_counts[: len(self.fingers)]):
             limits[f, :count] = self.torque_limits[self.arrays.joint_indices[f, :count]]
         return limits

@@ -6,7 +6,8 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from fingersplit.hands.kernel import HAND, MAX_FINGERS, MAX_JOINTS, MAX_SHAPES, MAX_SPHERES
+from fingersplit.hands.limits import MAX_CHAIN_JOINTS, MAX_FINGERS, MAX_SHAPES, MAX_SPHERES
+from fingersplit.hands.records import HAND
 from fingersplit.hands.shapes import bounding_radius, covering_spheres
 from fingersplit.transforms import pose_matrix, rotation_from_wxyz, rotation_to_axis, transform_points
 
@@ -81,8 +82,8 @@ def _read_finger(
             j, joint = hand.joint_counts[f], model.body_jntadr[body]
             if model.body_jntnum[body] > 1 or model.jnt_type[joint] != mujoco.mjtJoint.mjJNT_HINGE:
                 raise ValueError(f"{path}: {model.body(body).name} must have one joint, a hinge.")
-            if j == MAX_JOINTS:
-                raise ValueError(f"{path}: {finger} has more than {MAX_JOINTS} joints.")
+            if j == MAX_CHAIN_JOINTS:
+                raise ValueError(f"{path}: {finger} has more than {MAX_CHAIN_JOINTS} joints.")
             body_from_link = pose_matrix(rotation_to_axis(model.jnt_axis[joint]), model.jnt_pos[joint])
             last_from_link = last_from_body @ body_from_link
             hand.rotations[f, j], hand.positions[f, j] = last_from_link[:3, :3], last_from_link[:3, 3]

@@ -3,7 +3,7 @@
 import numpy as np
 
 from fingersplit.compilation import kernel
-from fingersplit.vectors import add, cross, dot, get, norm, subtract
+from fingersplit.vectors_kernel import add, cross, dot, get, norm, subtract
 
 __all__ = ["surface_moments"]
 

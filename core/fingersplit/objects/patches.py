@@ -9,7 +9,7 @@ from fingersplit.compilation import kernel
 from fingersplit.objects.grid import PointGrid, nearest
 from fingersplit.objects.mesh import Mesh
 from fingersplit.objects.surface import Surface
-from fingersplit.vectors import add, dot, get, norm, put, scale, subtract
+from fingersplit.vectors_kernel import add, dot, get, norm, put, scale, subtract
 
 __all__ = ["STACKED", "Patches", "build_patches", "halve_triangle"]
 

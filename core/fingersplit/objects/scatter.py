@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from fingersplit.compilation import kernel
 from fingersplit.objects.mesh import Mesh
-from fingersplit.vectors import add, cross, get, norm, put, scale, subtract
+from fingersplit.vectors_kernel import add, cross, get, norm, put, scale, subtract
 
 __all__ = ["scatter"]
 

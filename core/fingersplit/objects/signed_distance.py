@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from fingersplit.compilation import kernel
 from fingersplit.objects.mesh import Mesh
 from fingersplit.objects.surface import Surface, distance_to_triangle
-from fingersplit.vectors import dot, get, subtract
+from fingersplit.vectors_kernel import dot, get, subtract
 
 __all__ = ["DistanceGrid", "build_distance_grid", "count_enclosures", "least_distance", "rough_distance", "sample_near"]
 

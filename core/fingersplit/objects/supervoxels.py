@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from fingersplit.compilation import kernel
 from fingersplit.objects.grid import neighbour_lists, thin_evenly
 from fingersplit.objects.surface import SHARP_EDGE, Surface
-from fingersplit.vectors import add, dot, get, norm, put, scale, subtract
+from fingersplit.vectors_kernel import add, dot, get, norm, put, scale, subtract
 
 __all__ = ["Supervoxels", "cluster_supervoxels"]
 

@@ -22,7 +22,7 @@ from fingersplit.objects.grid import (
 )
 from fingersplit.objects.mesh import Mesh
 from fingersplit.objects.scatter import scatter
-from fingersplit.vectors import add, cross, dot, get, norm, scale, subtract
+from fingersplit.vectors_kernel import add, cross, dot, get, norm, scale, subtract
 
 __all__ = ["MAX_OVERHANG", "PACKING", "Surface", "closest", "distance_to_triangle", "sample_surface", "touch"]
 

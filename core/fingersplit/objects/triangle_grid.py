@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from fingersplit.compilation import kernel
 from fingersplit.objects.mesh import Mesh
-from fingersplit.vectors import cross, get, norm, scale, subtract
+from fingersplit.vectors_kernel import cross, get, norm, scale, subtract
 
 __all__ = ["TriangleGrid", "bin_triangles", "cast", "cast_rays", "face_normal"]
 

@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingersplit.objects.model import ObjectModel
-from fingersplit.parallel_grasps.crossing_pairs import crossing_pairs
+from fingersplit.parallel_grasps.crossing_pairs_kernel import crossing_pairs
 from fingersplit.parallel_grasps.grasp_set import ParallelGrasps
-from fingersplit.parallel_grasps.spread import COVERING, spread_pairs
+from fingersplit.parallel_grasps.spread_kernel import COVERING, spread_pairs
 from fingersplit.threads import in_threads
 
 __all__ = ["MIN_OPENING", "sample_antipodal"]
@@ -59,11 +59,11 @@ def sample_antipodal(
         )
         return found
 
-    first, second, seats = map(np.concatenate, zip(*in_threads(follow, rays, FOLLOWED, threads), strict=True))
+    first, second, contact_scores = map(np.concatenate, zip(*in_threads(follow, rays, FOLLOWED, threads), strict=True))
     off_center = np.linalg.norm((first + second) / 2 - model.center_of_mass, axis=1) / model.radius
-    order = np.argsort(off_center - seats, kind="stable")
-    if (seats > 0).any():  # contacts next to edges serve only where the object offers no others
-        order = order[seats[order] > 0]
+    order = np.argsort(off_center - contact_scores, kind="stable")
+    if (contact_scores > 0).any():  # contacts next to edges serve only where the object offers no others
+        order = order[contact_scores[order] > 0]
     first, second = first[order], second[order]
     chosen = spread_pairs(first, second, count, model.radius * np.array(COVERING))
     return _turn_approaches(np.stack([first[chosen], second[chosen]], axis=1), approaches, rng)

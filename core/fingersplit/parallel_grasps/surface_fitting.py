@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 from scipy.cluster.vq import kmeans, vq
 
 from fingersplit.objects.model import ObjectModel
-from fingersplit.parallel_grasps.fitting import new_fit
+from fingersplit.parallel_grasps.fitting_kernel import new_fit
 from fingersplit.parallel_grasps.grasp_set import ParallelGrasps
-from fingersplit.parallel_grasps.guided_starts import GripperBody, guided_fits
-from fingersplit.parallel_grasps.spread import COVERING, spread_pairs
+from fingersplit.parallel_grasps.guided_starts_kernel import GripperBody, guided_fits
+from fingersplit.parallel_grasps.spread_kernel import COVERING, spread_pairs
 
 __all__ = ["PadGripper", "fit_surfaces", "surface_fits"]
 
@@ -84,10 +84,10 @@ def fit_surfaces(
         At most ``count`` grasps, those first whose pads rest most squarely near the centre of mass; empty when none
         holds. Contacts are the object's nearest points to the pads' centres, approaches the gripper's.
     """
-    seats, contacts, approaches = surface_fits(model, STARTS_PER_GRASP * count, gripper, friction, rng)
+    contact_scores, contacts, approaches = surface_fits(model, STARTS_PER_GRASP * count, gripper, friction, rng)
     off_center = np.linalg.norm(contacts.mean(axis=1) - model.center_of_mass, axis=1) / model.radius
-    order = np.argsort(off_center - seats, kind="stable")
-    order = order[seats[order] > 0]
+    order = np.argsort(off_center - contact_scores, kind="stable")
+    order = order[contact_scores[order] > 0]
     ends = np.ascontiguousarray(contacts[order, 0]), np.ascontiguousarray(contacts[order, 1])
     kept = order[spread_pairs(*ends, count, model.radius * np.array(COVERING))]
     return ParallelGrasps(contacts[kept], approaches[kept])
@@ -104,7 +104,7 @@ def surface_fits(
     """
     contacts, approaches = np.zeros((starts, 2, 3)), np.zeros((starts, 3))
     pad = gripper.pad_points
-    seats, _, _ = guided_fits(
+    contact_scores, _, _ = guided_fits(
         model.triangles,
         model.surface,
         model.collision.points,
@@ -118,7 +118,7 @@ def surface_fits(
         contacts,
         approaches,
     )
-    return seats, contacts, approaches
+    return contact_scores, contacts, approaches
 
 
 def _regions(model: ObjectModel, rng: np.random.Generator) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

@@ -34,7 +34,7 @@ def rank_runs(
     holdings = assess_holding(_contacts(runs), model.surface, friction, model.mass, model.center_of_mass, threads)
     order = sorted(
         range(len(runs)),
-        key=lambda i: (runs[i].outcome.violations, -holdings[i].margin, -runs[i].last.quality),
+        key=lambda i: (runs[i].violation_count, -holdings[i].margin, -runs[i].last.quality),
     )
     kept: list[int] = []
     for i in order:

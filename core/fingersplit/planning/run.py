@@ -1,23 +1,23 @@
 """One finished finger splitting: where it began, what it found, why it ended."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fingersplit.feasibility.violations import Violation, describe_violations
 from fingersplit.grasp import Grasp
 from fingersplit.hands.hand import Hand
 from fingersplit.parallel_grasps.parallel_grasp import ParallelGrasp
-from fingersplit.splitting.acceptance import (
+from fingersplit.splitting.acceptance_kernel import (
     REACHED_COLLISION,
     REACHED_ITERATION_LIMIT,
     REACHED_PAD_ANGLE,
     STOPPED_RISING,
 )
-from fingersplit.splitting.finger_splitting import SETTLE_ITERATIONS, split_fingers
-from fingersplit.splitting.state import Problem, new_states, new_work
+from fingersplit.splitting.finger_splitting_kernel import SETTLE_ITERATIONS, split_fingers
+from fingersplit.splitting.state import Problem, new_states, new_times, new_work
 from fingersplit.splitting.termination import Termination
 from fingersplit.splitting.trace import Trace, new_trace
 from fingersplit.transforms import pose_matrix
@@ -60,12 +60,17 @@ class Run:
     @property
     def violations(self) -> tuple[str, ...]:
         """A sentence for every constraint the final grasp violates."""
-        return () if self.feasible else tuple(sentence for _, sentence in self._violations())
+        return tuple(violation.sentence for violation in self._violations)
+
+    @property
+    def violation_count(self) -> int:
+        """How many constraints the final grasp violates."""
+        return int(self.outcome.violations).bit_count()
 
     @property
     def termination(self) -> Termination:
         """Why it ended: the first violated constraint, or what stopped the search."""
-        return _ENDS[self.outcome.end] if self.feasible else next(self._violations())[0]
+        return _ENDS[self.outcome.end] if self.feasible else self._violations[0].termination
 
     @cached_property
     def initial(self) -> Grasp:
@@ -86,8 +91,7 @@ class Run:
     @property
     def seconds(self) -> tuple[float, ...]:
         """CPO tangent search, projection and test, collision; the same for PPO; total, (7,) [s]."""
-        search, rest, collision, palm_search, palm_rest, palm_collision = self.outcome.times[:6].tolist()
-        cpo, ppo = (search, rest - collision, collision), (palm_search, palm_rest - palm_collision, palm_collision)
+        cpo, ppo = self.outcome.times.cpo.item(), self.outcome.times.ppo.item()
         return (*cpo, *ppo, float(self.outcome.total))
 
     @cached_property
@@ -97,37 +101,12 @@ class Run:
         steps = 2 * settings.max_outer_iterations * settings.max_inner_iterations
         rows = new_trace(int(steps) + SETTLE_ITERATIONS + 1)
         states[0] = self.first
-        split_fingers(self.problem, states, new_work(), rows)
+        split_fingers(self.problem, states, new_work(), new_times(), rows)
         return Trace.from_rows(rows, len(self.hand.fingers), len(self.hand.joint_names))
 
-    def _violations(self) -> Iterator[tuple[Termination, str]]:
-        settings, state = self.problem.settings, self.last
-        for finger, residual in zip(self.hand.fingers, state.residuals.tolist(), strict=False):
-            if residual > settings.contact_tolerance:
-                yield (
-                    Termination.CONTACT_OFF_SURFACE,
-                    f"The pad of {finger.name} is {1e3 * residual:.1f} mm from touching the surface; "
-                    f"allowed: {1e3 * settings.contact_tolerance:g} mm.",
-                )
-        for finger, angle in zip(self.hand.fingers, state.pad_angles.tolist(), strict=False):
-            if angle > settings.pad_angle_limit:
-                yield (
-                    Termination.PAD_ANGLE_VIOLATED,
-                    f"The pad of {finger.name} is tilted {angle:.2f} rad against the surface; "
-                    f"allowed: {settings.pad_angle_limit:g} rad.",
-                )
-        if state.penetration > settings.penetration_tolerance:
-            yield (
-                Termination.IN_COLLISION,
-                f"A link lies {1e3 * state.penetration:.1f} mm inside the object; "
-                f"allowed: {1e3 * settings.penetration_tolerance:g} mm.",
-            )
-        joints = state.joints[: len(self.hand.joint_names)]
-        outside = np.flatnonzero((joints < self.hand.lower) | (joints > self.hand.upper))
-        for j in outside.tolist():
-            low, high = self.hand.lower[j], self.hand.upper[j]
-            sentence = f"{self.hand.joint_names[j]} is at {joints[j]:.3f} rad; allowed: {low:.3f} to {high:.3f} rad."
-            yield Termination.JOINT_LIMIT_VIOLATED, sentence
+    @property
+    def _violations(self) -> tuple[Violation, ...]:
+        return describe_violations(int(self.outcome.violations), self.hand, self.problem.settings, self.last)
 
 
 def _grasp(hand: Hand, state: np.record) -> Grasp:

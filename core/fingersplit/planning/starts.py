@@ -12,10 +12,11 @@ from fingersplit.objects.model import ObjectModel
 from fingersplit.objects.patches import Patches
 from fingersplit.parallel_grasps.grasp_set import ParallelGrasps
 from fingersplit.parallel_grasps.parallel_grasp import ParallelGrasp
-from fingersplit.planning.batch import OUTCOME, screen_grasps, split_grasps
+from fingersplit.planning.batch_kernel import screen_grasps, split_grasps
+from fingersplit.planning.outcome import OUTCOME
 from fingersplit.planning.run import Run
 from fingersplit.splitting.jaw_table import jaw_table
-from fingersplit.splitting.mapping import REFINED
+from fingersplit.splitting.mapping_kernel import REFINED
 from fingersplit.splitting.settings import PlannerSettings
 from fingersplit.splitting.state import Problem, new_states, new_work
 from fingersplit.splitting.trace import new_trace

@@ -11,16 +11,9 @@ from fingersplit.hands.hand import Hand
 from fingersplit.objects.model import ObjectModel
 from fingersplit.recording import colors
 from fingersplit.recording.posing import turn_z_to
-from fingersplit.recording.surface_points import hit_points, reference_points
-from fingersplit.splitting.trace import (
-    CPO,
-    HAND_QUALITY,
-    OBJECT_QUALITY,
-    PENETRATION,
-    PHASE_NAMES,
-    QUALITY,
-    Trace,
-)
+from fingersplit.recording.surface_points import points_in_collision, reference_points
+from fingersplit.splitting.trace import HAND_QUALITY, OBJECT_QUALITY, PENETRATION, PHASE_NAMES, QUALITY, Trace
+from fingersplit.splitting.trace_kernel import CPO
 
 __all__ = ["CONE_HEIGHT", "isotropies_and_volumes", "phases_of", "planning_indexes", "record_planning"]
 
@@ -108,7 +101,7 @@ def _record_hits(stream: rr.RecordingStream, trace: Trace, model: ObjectModel, h
     rows = np.arange(len(trace))
     looked_at = trace.scores[:, PENETRATION] > 0
     states = trace.joints[looked_at], trace.palm_rotations[looked_at], trace.palm_positions[looked_at]
-    found, counts = hit_points(hand, model, *states), np.zeros(len(trace), dtype=np.int64)
+    found, counts = points_in_collision(hand, model, *states), np.zeros(len(trace), dtype=np.int64)
     counts[looked_at] = [len(hits) for hits in found]
     points = rr.Points3D.columns(positions=np.vstack([*found, np.empty((0, 3))])).partition(counts)
     _send(stream, "world/collision_points", rows, points)

@@ -10,17 +10,17 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fingersplit.compilation import kernel
+from fingersplit.errors import HandError
 from fingersplit.hands.hand import Hand
-from fingersplit.hands.kernel import move_fingers
+from fingersplit.hands.limits import MAX_PRESHAPES, MAX_STANDOFFS
+from fingersplit.splitting.jaw_table_kernel import fill_table
 from fingersplit.splitting.state import new_states, new_work
-from fingersplit.splitting.tracking import track
-from fingersplit.vectors import dot, get, norm, subtract, vector
 
 __all__ = ["JawTable", "jaw_table"]
 
 OPENINGS, STANDOFFS = 25, 11
-ITERATIONS = 20
+
+assert STANDOFFS <= MAX_STANDOFFS
 
 
 class JawTable(NamedTuple):
@@ -34,7 +34,7 @@ class JawTable(NamedTuple):
         standoffs: Distances of the jaw centre along the approach axis, (H,) [m].
         joints: Joint angles that put the pads on the contacts, (P, W, H, N) [rad].
         errors: Largest distance of a pad from where it belongs, (P, W, H) [m].
-        asides: Lateral places of the fingers about the middle of their jaw, (P, F) [m].
+        lateral_offsets: Lateral places of the fingers about the middle of their jaw, (P, F) [m].
     """
 
     groups: NDArray[np.int64]
@@ -44,14 +44,20 @@ class JawTable(NamedTuple):
     standoffs: NDArray[np.float64]
     joints: NDArray[np.float64]
     errors: NDArray[np.float64]
-    asides: NDArray[np.float64]
+    lateral_offsets: NDArray[np.float64]
 
 
 @cache
 def jaw_table(hand: Hand) -> JawTable:
-    """The table of a hand; takes milliseconds."""
+    """The table of a hand; takes milliseconds.
+
+    Raises:
+        HandError: The hand has more preshapes than the kernels have room for.
+    """
     gripper = hand.gripper
     preshapes, fingers, joints = len(gripper.preshapes), len(hand.fingers), len(hand.joint_names)
+    if not 1 <= preshapes <= MAX_PRESHAPES:
+        raise HandError(f"Hand {hand.name!r} has {preshapes} preshapes; give 1 to {MAX_PRESHAPES}.")
     table = JawTable(
         groups=gripper.groups,
         palm_from_gripper=gripper.palm_from_gripper,
@@ -60,56 +66,7 @@ def jaw_table(hand: Hand) -> JawTable:
         standoffs=np.linspace(*gripper.standoff, STANDOFFS),
         joints=np.zeros((preshapes, OPENINGS, STANDOFFS, joints)),
         errors=np.zeros((preshapes, OPENINGS, STANDOFFS)),
-        asides=np.zeros((preshapes, fingers)),
+        lateral_offsets=np.zeros((preshapes, fingers)),
     )
-    _fill(hand.arrays, gripper.preshapes, table, new_states(1), new_work())
+    fill_table(hand.arrays, gripper.preshapes, table, new_states(1), new_work())
     return table
-
-
-@kernel
-def _fill(hand, preshapes, table, states, work):
-    state, count = states[0], hand.joint_count
-    W = table.palm_from_gripper
-    lateral, jaw, approach = vector(W[:, 0]), vector(W[:, 1]), vector(W[:, 2])
-    for i in range(3):
-        state.palm_rotation[i, i] = 1.0
-    for p in range(len(preshapes)):
-        state.joints[:count] = preshapes[p]
-        move_fingers(hand, state)
-        _measure_asides(hand, table, p, lateral, state)
-        for w in range(len(table.openings)):
-            for h in range(len(table.standoffs)):
-                state.joints[:count] = preshapes[p]
-                for iteration in range(ITERATIONS + 1):
-                    move_fingers(hand, state)
-                    table.errors[p, w, h] = 0.0
-                    for f in range(hand.finger_count):
-                        side = 1.0 if table.groups[f] == 0 else -1.0
-                        x = table.center[0] + table.asides[p, f]
-                        y = table.center[1] + side * (0.5 * table.openings[w] + hand.pad_radii[f])
-                        z, pad = table.standoffs[h], get(state.pads, f)
-                        target = (
-                            x * lateral[0] + y * jaw[0] + z * approach[0],
-                            x * lateral[1] + y * jaw[1] + z * approach[1],
-                            x * lateral[2] + y * jaw[2] + z * approach[2],
-                        )
-                        gap = subtract(target, pad)
-                        table.errors[p, w, h] = max(table.errors[p, w, h], norm(gap))
-                        track(hand, state, f, gap, work, work.joint_step)
-                    if iteration < ITERATIONS:
-                        state.joints[:] = work.joint_step
-                table.joints[p, w, h] = state.joints[:count]
-
-
-@kernel
-def _measure_asides(hand, table, p, lateral, state):
-    """Lateral place of every pad about the mean of its jaw's pads."""
-    for group in range(2):
-        mean, members = 0.0, 0
-        for f in range(hand.finger_count):
-            if table.groups[f] == group:
-                mean += dot(lateral, get(state.pads, f))
-                members += 1
-        for f in range(hand.finger_count):
-            if table.groups[f] == group:
-                table.asides[p, f] = dot(lateral, get(state.pads, f)) - mean / members

@@ -4,39 +4,21 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fingersplit.compilation import kernel
-from fingersplit.hands.kernel import (
+from fingersplit.hands.limits import (
+    MAX_CHAIN_JOINTS,
+    MAX_EQUATIONS,
     MAX_FINGERS,
-    MAX_HAND_JOINTS,
     MAX_JOINTS,
+    MAX_PRESHAPES,
     MAX_SHAPES,
-    POSE_FIELDS,
+    MAX_STANDOFFS,
 )
+from fingersplit.hands.records import POSE_FIELDS
 from fingersplit.objects.grid import PointGrid
 from fingersplit.objects.signed_distance import DistanceGrid
-from fingersplit.objects.surface import Surface, closest
-from fingersplit.splitting.clock import seconds
-from fingersplit.splitting.collision import measure_clearances
-from fingersplit.splitting.objective import manipulability, object_quality
-from fingersplit.splitting.potential import penalty
-from fingersplit.vectors import add, angle_between, get, norm, put, scale, subtract
+from fingersplit.objects.surface import Surface
 
-__all__ = [
-    "MAX_PRESHAPES",
-    "MAX_STANDOFFS",
-    "STATE",
-    "WORK",
-    "Problem",
-    "attach_contacts",
-    "evaluate",
-    "measure_collision",
-    "new_states",
-    "new_work",
-    "pad_target",
-]
-
-MAX_PRESHAPES, MAX_STANDOFFS = 8, 16
-"""Most preshapes and standoffs that the Map has room for."""
+__all__ = ["PHASE_TIMES", "STATE", "TIMES", "WORK", "Problem", "new_states", "new_times", "new_work"]
 
 STATE = np.dtype(
     [
@@ -59,7 +41,7 @@ STATE = np.dtype(
 )
 """A grasp in the object frame.
 
-- The posed hand: ``hands.kernel.POSE_FIELDS``.
+- The posed hand: ``hands.records.POSE_FIELDS``.
 - ``contacts`` c on the surface (F, 3) [m], their outward ``normals`` n (F, 3) and the nearest surface ``samples`` (F,).
 - ``residuals`` of the fingertips from their contacts (F,) [m], and ``pad_angles`` between pad normal and inward surface
   normal (F,) [rad].
@@ -68,42 +50,66 @@ STATE = np.dtype(
 - ``quality`` Q, its parts w1 Q_o and w2 Q_h, the deepest ``penetration`` [m], and ``merit``: Q less the potentials.
 """
 
-WORK = np.dtype(
+PHASE_TIMES = np.dtype([("search", np.float64), ("projection", np.float64), ("collision", np.float64)], align=True)
+"""Where the time of a phase went [s]: tangent search, projection and test, collision."""
+
+TIMES = np.dtype([(phase, PHASE_TIMES) for phase in ("cpo", "ppo", "map", "settle")], align=True)
+"""Where the time of one run went, by phase."""
+
+STEP_WORK = np.dtype(
     [
         ("contact_gradient", np.float64, (MAX_FINGERS, 3)),
-        ("joint_gradient", np.float64, MAX_HAND_JOINTS),
+        ("joint_gradient", np.float64, MAX_JOINTS),
         ("twist_gradient", np.float64, 6),
         ("contact_step", np.float64, (MAX_FINGERS, 3)),
-        ("joint_step", np.float64, MAX_HAND_JOINTS),
+        ("joint_step", np.float64, MAX_JOINTS),
         ("twist", np.float64, 6),
-        ("matrix", np.float64, (3 * MAX_FINGERS, 3 * MAX_FINGERS)),
-        ("columns", np.float64, (3 * MAX_FINGERS, 2)),
-        ("frozen", np.int8, MAX_HAND_JOINTS),
-        ("lowest", np.float64, MAX_JOINTS),
-        ("highest", np.float64, MAX_JOINTS),
-        ("steps", np.float64, MAX_JOINTS),
-        ("rotation", np.float64, (3, 3)),
-        ("combinations", np.float64, (MAX_PRESHAPES, MAX_STANDOFFS)),
-        ("clock", np.int64, 2),
-        ("times", np.float64, 12),
     ],
     align=True,
 )
-"""Scratch memory of one run.
+"""A tangent step: the gradient of the merit by contacts (F, 3), joints (N,) and object twist (6,), and the step d_c
+(F, 3) [m], d_q (N,) [rad] or [rad/s], V_po^b (6,)."""
 
-- ``contact_gradient`` (F, 3), ``joint_gradient`` (N,), ``twist_gradient`` (6,): of the merit.
-- ``contact_step`` (F, 3) [m], ``joint_step`` (N,) [rad] or [rad/s], ``twist`` (6,): the tangent step d_c, d_q, V_po^b.
-- ``matrix``, ``columns``, ``frozen``, ``lowest``, ``highest``, ``steps``: of the solvers.
-- ``combinations``: costs of preshapes and standoffs, of the Map.
-- ``times`` [s]: tangent search, projection and test with collision, collision alone; for each phase of the trace.
-"""
+SOLVER_WORK = np.dtype(
+    [
+        ("matrix", np.float64, (MAX_EQUATIONS, MAX_EQUATIONS)),
+        ("columns", np.float64, (MAX_EQUATIONS, 2)),
+        ("frozen", np.int8, MAX_JOINTS),
+        ("lowest", np.float64, MAX_CHAIN_JOINTS),
+        ("highest", np.float64, MAX_CHAIN_JOINTS),
+        ("steps", np.float64, MAX_CHAIN_JOINTS),
+    ],
+    align=True,
+)
+"""Room for one small system of equations, its active set, and the bounds and steps of one finger's joints."""
+
+MAP_WORK = np.dtype(
+    [
+        ("combinations", np.float64, (MAX_PRESHAPES, MAX_STANDOFFS)),
+        ("joints", np.float64, MAX_JOINTS),
+    ],
+    align=True,
+)
+"""Costs of all preshapes and standoffs, and the joints of the next iteration (N,) [rad]."""
+
+WORK = np.dtype(
+    [
+        ("step", STEP_WORK),
+        ("solver", SOLVER_WORK),
+        ("map", MAP_WORK),
+        ("rotation", np.float64, (3, 3)),
+        ("clock", np.int64, 2),
+    ],
+    align=True,
+)
+"""Scratch memory of one run."""
 
 
 class Problem(NamedTuple):
     """What stays the same over a run.
 
     Attributes:
-        hand: ``hands.kernel.HAND`` record.
+        hand: ``hands.records.HAND`` record.
         settings: ``settings.SETTINGS`` record.
         surface: Surface samples of the object.
         collision: Sparser surface points for collision tests.
@@ -132,40 +138,7 @@ def new_work() -> np.record:
     return work
 
 
-@kernel
-def pad_target(hand, state, finger):
-    """Where the pad's centre belongs: c + r n, so that the pad touches its contact and lies outside [m]."""
-    return add(get(state.contacts, finger), scale(hand.pad_radii[finger], get(state.normals, finger)))
-
-
-@kernel
-def attach_contacts(surface, hand, state):
-    """(c, n) <- NN(f): every contact becomes the surface point nearest to its pad."""
-    for finger in range(hand.finger_count):
-        sample, point, normal = closest(surface, get(state.pads, finger), state.samples[finger])
-        state.samples[finger] = sample
-        put(state.contacts, finger, point)
-        put(state.normals, finger, normal)
-
-
-@kernel
-def evaluate(hand, settings, state):
-    """Residuals, pad angles, Q and its parts of a state whose pose and contacts are up to date."""
-    for finger in range(hand.finger_count):
-        gap = subtract(pad_target(hand, state, finger), get(state.pads, finger))
-        state.residuals[finger] = norm(gap)
-        inward = scale(-1.0, get(state.normals, finger))
-        state.pad_angles[finger] = angle_between(get(state.pad_normals, finger), inward)
-    state.object_quality = settings.object_weight * object_quality(state.contacts, hand.finger_count)
-    state.hand_quality = settings.hand_weight * manipulability(hand, state.joints)
-    state.quality = state.object_quality + state.hand_quality
-    state.merit = state.quality
-
-
-@kernel
-def measure_collision(problem, state, work, phase):
-    """Clearances, penetration and merit of an evaluated state; its time counts for ``phase``."""
-    started = seconds(work.clock)
-    measure_clearances(problem.hand, state, problem.collision, problem.distance, work.rotation)
-    state.merit = state.quality - penalty(problem.hand, problem.settings, state)
-    work.times[3 * phase + 2] += seconds(work.clock) - started
+def new_times() -> np.record:
+    """A ``TIMES`` record, all zero."""
+    times: np.record = np.rec.array(np.zeros(1, TIMES))[0]
+    return times

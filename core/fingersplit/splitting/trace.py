@@ -6,28 +6,20 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from fingersplit.compilation import kernel
-from fingersplit.hands.kernel import MAX_FINGERS, MAX_HAND_JOINTS
+from fingersplit.hands.limits import MAX_FINGERS, MAX_JOINTS
 from fingersplit.transforms import pose_matrix
 
 __all__ = [
-    "CPO",
     "HAND_QUALITY",
-    "MAP",
     "OBJECT_QUALITY",
     "PENETRATION",
     "PHASE_NAMES",
-    "PPO",
     "QUALITY",
-    "SETTLE",
     "Trace",
     "TraceRows",
     "new_trace",
-    "record",
-    "record_contact_steps",
 ]
 
-CPO, PPO, MAP, SETTLE = range(4)
 PHASE_NAMES = ("cpo", "ppo", "map", "settle")
 
 QUALITY, OBJECT_QUALITY, HAND_QUALITY, PENETRATION = range(4)
@@ -36,7 +28,7 @@ QUALITY, OBJECT_QUALITY, HAND_QUALITY, PENETRATION = range(4)
 ROW = np.dtype(
     [
         ("phase", np.int64),
-        ("joints", np.float64, MAX_HAND_JOINTS),
+        ("joints", np.float64, MAX_JOINTS),
         ("palm_rotation", np.float64, (3, 3)),
         ("palm_position", np.float64, 3),
         ("contacts", np.float64, (MAX_FINGERS, 3)),
@@ -119,30 +111,3 @@ class Trace:
 def new_trace(capacity: int) -> TraceRows:
     """Room for ``capacity`` states."""
     return TraceRows(np.rec.array(np.zeros(capacity, ROW)), np.zeros(1, np.int64))
-
-
-@kernel
-def record(trace, phase, state):
-    """Append a state if there is room."""
-    n = trace.length[0]
-    if n == len(trace.rows):
-        return
-    row = trace.rows[n]
-    row.phase = phase
-    row.joints[:] = state.joints
-    row.palm_rotation[:] = state.palm_rotation
-    row.palm_position[:] = state.palm_position
-    row.contacts[:] = state.contacts
-    row.normals[:] = state.normals
-    row.residuals[:] = state.residuals
-    row.pad_angles[:] = state.pad_angles
-    row.scores[0], row.scores[1], row.scores[2] = state.quality, state.object_quality, state.hand_quality
-    row.scores[3] = state.penetration
-    trace.length[0] = n + 1
-
-
-@kernel
-def record_contact_steps(trace, contact_steps):
-    """Add to the last state the tangent step that led to it."""
-    if len(trace.rows):
-        trace.rows[trace.length[0] - 1].contact_steps[:] = contact_steps

@@ -18,7 +18,7 @@ from fingersplit.contacts.holding import (
     assess_holding,
     footprint_friction,
 )
-from fingersplit.hands.kernel import MAX_JOINTS
+from fingersplit.hands.limits import MAX_CHAIN_JOINTS
 from fingersplit.objects.model import prepare_object
 from fingersplit.objects.parametric import box
 
@@ -35,8 +35,8 @@ def contacts_at(normals, torque_limit: float = UNLIMITED, rng: np.random.Generat
     normals = np.asarray(normals, dtype=float)
     normals = (normals / np.linalg.norm(normals, axis=1, keepdims=True))[None]
     rng = rng or np.random.default_rng(0)
-    jacobians = rng.normal(scale=0.06, size=(1, *normals.shape[1:], MAX_JOINTS))
-    limits = np.full((normals.shape[1], MAX_JOINTS), np.inf)
+    jacobians = rng.normal(scale=0.06, size=(1, *normals.shape[1:], MAX_CHAIN_JOINTS))
+    limits = np.full((normals.shape[1], MAX_CHAIN_JOINTS), np.inf)
     limits[:, :3] = torque_limit
     return Contacts(RADIUS * normals, normals, jacobians, limits)
 
@@ -246,7 +246,7 @@ def test_contacts_on_a_line_have_no_margin_at_all(hold, normals):
 
 def test_weight_that_joints_cannot_carry_has_no_margin_at_all(hold):
     contacts = contacts_at(around(np.random.default_rng(1)), 1e-3)
-    assert hold(contacts._replace(torque_limits=np.full((3, MAX_JOINTS), 1e-3)), mass=5.0).margin == -math.inf
+    assert hold(contacts._replace(torque_limits=np.full((3, MAX_CHAIN_JOINTS), 1e-3)), mass=5.0).margin == -math.inf
 
 
 def test_many_grasps_at_once_are_those_one_by_one(prepared):

@@ -5,14 +5,8 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import pytest
 
-from fingersplit.execution.execution import (
-    MIN_OPENING,
-    OPENING_STEP,
-    OPENING_STEPS,
-    RETREAT,
-    SQUEEZE_DEPTH,
-    plan_execution,
-)
+from fingersplit.execution.execution import SQUEEZE_DEPTH, plan_execution
+from fingersplit.execution.execution_kernel import MIN_OPENING, OPENING_STEP, OPENING_STEPS, RETREAT
 from fingersplit.planning.run import Run
 from fingersplit.transforms import wxyz_from_rotation
 

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from fingersplit.feasibility.penetration import ACCURACY, exact_penetration
+from fingersplit.feasibility.penetration_kernel import ACCURACY, exact_penetration
 from fingersplit.objects.scatter import scatter
 from fingersplit.planning.planning import plan
-from fingersplit.splitting.collision import measure_clearances
+from fingersplit.splitting.collision_kernel import measure_clearances
 from fingersplit.transforms import pose_matrix, wxyz_from_rotation
 
 NOTHING_LESS = 0.0

@@ -7,17 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fingersplit.hands.shapes import (
-    BOX,
-    CAPSULE,
-    CYLINDER,
-    SPHERE,
-    bounding_radius,
-    covering_spheres,
-    shape_distance,
-    shape_distance_gradient,
-    shape_mesh,
-)
+from fingersplit.hands.shapes import bounding_radius, covering_spheres, shape_mesh
+from fingersplit.hands.shapes_kernel import BOX, CAPSULE, CYLINDER, SPHERE, shape_distance, shape_distance_gradient
 
 SIZES = {
     SPHERE: np.array([0.02, 0.0, 0.0]),

@@ -85,7 +85,7 @@ def test_slippery_round_objects_still_have_pairs_through_the_middle(prepared):
 
 
 def test_contacts_keep_off_edges(prepared):
-    """On the box of 50 x 70 x 120 mm, jaws seat on faces, farther from every edge than samples from each other."""
+    """On the box of 50 x 70 x 120 mm, jaws score on faces, farther from every edge than samples from each other."""
     model = prepared("box")
     contacts = sample(model, count=200, approaches=1).contacts.reshape(-1, 3)
     from_sides = np.sort(np.array([0.025, 0.035, 0.06]) - np.abs(contacts), axis=1)

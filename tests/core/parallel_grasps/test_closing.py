@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fingersplit.parallel_grasps.closing import close_jaws
+from fingersplit.parallel_grasps.closing_kernel import close_jaws
 
 
 def close(model, center=(0, 0, 0), axis=(1, 0, 0), approach=(0, 0, -1), opening=0.1, pad=(0.0, 0.0)):

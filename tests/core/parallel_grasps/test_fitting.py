@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from fingersplit.parallel_grasps.fitting import (
+from fingersplit.parallel_grasps.fitting_kernel import (
     APPROACH_WEIGHT,
     DAMPING,
     NORMAL_WEIGHT,

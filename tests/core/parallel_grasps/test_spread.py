@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fingersplit.parallel_grasps.spread import spread_pairs
+from fingersplit.parallel_grasps.spread_kernel import spread_pairs
 
 
 def distances(first, second):

@@ -6,13 +6,15 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from fingersplit.hands.kernel import move_fingers
+from fingersplit.hands.kinematics_kernel import move_fingers
 from fingersplit.objects.parametric import PARAMETRIC_OBJECTS
 from fingersplit.planning.run import Run
 from fingersplit.splitting.settings import FIDELITIES, PlannerSettings
-from fingersplit.splitting.state import evaluate, measure_collision, new_states, new_work
+from fingersplit.splitting.state import new_states, new_times, new_work
+from fingersplit.splitting.state_kernel import evaluate, measure_collision
 from fingersplit.splitting.termination import Termination
-from fingersplit.splitting.trace import CPO, MAP, PHASE_NAMES, PPO, SETTLE
+from fingersplit.splitting.trace import PHASE_NAMES
+from fingersplit.splitting.trace_kernel import CPO, MAP, PPO, SETTLE
 
 NAMES = ("box", "bottle", "capsule", "l_bracket", "mug", "sphere")
 OBJECTS = pytest.mark.parametrize("name", NAMES)
@@ -32,7 +34,8 @@ def merits(run: Run) -> np.ndarray:
         state.contacts[:3], state.normals[:3] = trace.contacts[row], trace.normals[row]
         move_fingers(problem.hand, state)
         evaluate(problem.hand, problem.settings, state)
-        measure_collision(problem, state, new_work(), CPO)
+        work = new_work()
+        measure_collision(problem, state, work, new_times().cpo)
         assert state.quality == pytest.approx(trace.scores[row, QUALITY], abs=1e-12)
         assert state.penetration == pytest.approx(trace.scores[row, PENETRATION], abs=1e-12)
         found.append(state.merit)

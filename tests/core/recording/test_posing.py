@@ -5,7 +5,7 @@ import pytest
 import trimesh
 from scipy.spatial.transform import Rotation
 
-from fingersplit.hands.shapes import shape_distance
+from fingersplit.hands.shapes_kernel import shape_distance
 from fingersplit.objects.mesh import Mesh
 from fingersplit.objects.model import prepare_object
 from fingersplit.objects.parametric import cylinder
@@ -13,7 +13,7 @@ from fingersplit.planning.planning import plan
 from fingersplit.recording.posing import hand_links, pose_links, turn_z_to
 from fingersplit.recording.raycast import Layer
 from fingersplit.recording.shading import shade_object
-from fingersplit.recording.surface_points import hit_points
+from fingersplit.recording.surface_points import points_in_collision
 from fingersplit.transforms import pose_matrix
 
 
@@ -40,7 +40,7 @@ def test_hits_are_all_the_collision_points_inside_a_shape(barrett):
     palm = final.object_from_palm
     places = palm[:3, 3] + rng.normal(scale=0.02, size=(len(states), 3))
     turns = np.tile(palm[:3, :3], (len(states), 1, 1))
-    found = hit_points(barrett, model, np.array(states), turns, places)
+    found = points_in_collision(barrett, model, np.array(states), turns, places)
     assert all(len(points) > 3 for points in found)
     kinds, sizes = barrett.arrays.shape_kinds, barrett.arrays.shape_sizes
     for points, joints, place in zip(found, states, places, strict=True):

@@ -22,7 +22,8 @@ from fingersplit.recording.posing import hand_links
 from fingersplit.recording.recorded_run import RecordedRun
 from fingersplit.recording.run_recording import record_run, write_recording
 from fingersplit.recording.traces_file import save_traces
-from fingersplit.splitting.trace import CPO, PHASE_NAMES, QUALITY
+from fingersplit.splitting.trace import PHASE_NAMES, QUALITY
+from fingersplit.splitting.trace_kernel import CPO
 from fingersplit.transforms import wxyz_from_rotation
 from fingersplit.verification import Simulation, verify
 

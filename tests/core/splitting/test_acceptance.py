@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fingersplit.splitting.acceptance import (
+from fingersplit.splitting.acceptance_kernel import (
     CONTINUE,
     REACHED_COLLISION,
     REACHED_PAD_ANGLE,
@@ -12,8 +12,8 @@ from fingersplit.splitting.acceptance import (
     judge_collision,
 )
 from fingersplit.splitting.settings import FIDELITIES
-from fingersplit.splitting.state import measure_collision, new_work
-from fingersplit.splitting.trace import CPO
+from fingersplit.splitting.state import new_times, new_work
+from fingersplit.splitting.state_kernel import measure_collision
 from fingersplit.transforms import pose_matrix
 
 
@@ -39,7 +39,9 @@ def grasp_state(barrett, posed_state):
 @pytest.fixture
 def verdict(problem_of, fidelity):
     def build(before: np.record, after: np.record, least_increase: float = 0.0, **settings) -> int:
-        return judge(problem_of("sphere", fidelity, **settings), before, after, least_increase, new_work(), CPO)
+        work = new_work()
+        problem = problem_of("sphere", fidelity, **settings)
+        return judge(problem, before, after, least_increase, work, new_times().cpo)
 
     return build
 
@@ -93,13 +95,13 @@ def test_with_potentials_it_is_the_merit_that_must_rise(problem_of, grasp_state)
     """The second pad tilts from just above the soft limit of 0.5 rad on: Q gains less than the potential costs."""
     before, after = grasp_state(0.5, pad_angles=(0.2, 0.51, 0.2)), grasp_state(0.5001, pad_angles=(0.2, 0.59, 0.2))
     weight, work = 0.1, new_work()
-    assert judge(problem_of("sphere", "paper"), before, after, 0.0, work, CPO) == CONTINUE
+    assert judge(problem_of("sphere", "paper"), before, after, 0.0, work, new_times().cpo) == CONTINUE
     before.merit -= weight * 0.01**2
-    assert judge(problem_of("sphere"), before, after, 0.0, work, CPO) == STOPPED_RISING
+    assert judge(problem_of("sphere"), before, after, 0.0, work, new_times().cpo) == STOPPED_RISING
     assert after.merit == pytest.approx(0.5001 - weight * 0.09**2)
     back, still = grasp_state(0.5, pad_angles=(0.2, 0.2, 0.2)), grasp_state(0.5, pad_angles=(0.2, 0.51, 0.2))
     still.merit -= weight * 0.01**2
-    assert judge(problem_of("sphere"), still, back, 0.0, work, CPO) == CONTINUE  # rises although Q does not
+    assert judge(problem_of("sphere"), still, back, 0.0, work, new_times().cpo) == CONTINUE  # rises although Q does not
 
 
 @pytest.fixture
@@ -126,6 +128,7 @@ def test_penetration_within_tolerance_is_no_collision(problem_of, fidelity, gras
     before = grasp_state()
     for tolerance, expected in ((0.01, CONTINUE), (0.002, REACHED_COLLISION)):
         problem = problem_of("sphere", fidelity, penetration_tolerance=tolerance)
-        measure_collision(problem, sunk_hand, new_work(), CPO)
+        work = new_work()
+        measure_collision(problem, sunk_hand, work, new_times().cpo)
         assert judge_collision(problem.settings, before, sunk_hand) == expected
     assert 0.002 < sunk_hand.penetration < 0.01

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from fingersplit.hands.shapes import covering_spheres
 from fingersplit.objects.signed_distance import SLACK
-from fingersplit.splitting.collision import RANGE, measure_clearances, rough_penetration
+from fingersplit.splitting.collision_kernel import RANGE, measure_clearances, rough_penetration
 from fingersplit.transforms import pose_matrix, wxyz_from_rotation
 
 seeds = st.integers(0, 2**32 - 1)

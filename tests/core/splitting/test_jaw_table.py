@@ -1,10 +1,13 @@
 """The hand as a parallel gripper: where its pads really are, by MuJoCo, for the joints that the table knows."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from fingersplit.errors import HandError
+from fingersplit.hands.limits import MAX_PRESHAPES
 from fingersplit.splitting.jaw_table import OPENINGS, STANDOFFS, JawTable, jaw_table
-from fingersplit.splitting.state import MAX_PRESHAPES, MAX_STANDOFFS
 
 
 @pytest.fixture(scope="module")
@@ -16,7 +19,7 @@ def places(table: JawTable, preshape: int, opening: int, standoff: int, radii: n
     """Where the pads belong, in the palm frame (F, 3): beside each other about either end of the opening."""
     lateral, jaw, approach = table.palm_from_gripper.T
     sides = np.where(table.groups == 0, 1.0, -1.0)
-    across = table.center[0] + table.asides[preshape]
+    across = table.center[0] + table.lateral_offsets[preshape]
     along = table.center[1] + sides * (table.openings[opening] / 2 + radii)
     return np.outer(across, lateral) + np.outer(along, jaw) + table.standoffs[standoff] * approach
 
@@ -25,9 +28,7 @@ def test_table_has_an_entry_for_every_combination(barrett, table):
     preshapes = len(barrett.gripper.preshapes)
     assert table.joints.shape == (preshapes, OPENINGS, STANDOFFS, 8)
     assert table.errors.shape == (preshapes, OPENINGS, STANDOFFS)
-    assert table.asides.shape == (preshapes, 3)
-    assert preshapes <= MAX_PRESHAPES
-    assert STANDOFFS <= MAX_STANDOFFS
+    assert table.lateral_offsets.shape == (preshapes, 3)
     assert (table.openings[0], table.openings[-1]) == barrett.gripper.opening
     assert (table.standoffs[0], table.standoffs[-1]) == barrett.gripper.standoff
     assert np.ptp(np.diff(table.openings)) < 1e-12
@@ -54,12 +55,27 @@ def test_much_of_what_the_hand_can_span_is_reached(table):
     assert (table.errors > 0.01).any()  # and what is out of reach is known to be
 
 
-def test_asides_balance_in_either_jaw(barrett, table):
+def test_lateral_offsets_balance_in_either_jaw(barrett, table):
     for group in (0, 1):
-        np.testing.assert_allclose(table.asides[:, table.groups == group].sum(axis=1), 0, atol=1e-12)
-    for preshape, asides in zip(barrett.gripper.preshapes, table.asides, strict=True):
+        np.testing.assert_allclose(table.lateral_offsets[:, table.groups == group].sum(axis=1), 0, atol=1e-12)
+    for preshape, offsets in zip(barrett.gripper.preshapes, table.lateral_offsets, strict=True):
         lateral = barrett.pose(preshape).pads[:3] @ table.palm_from_gripper[:, 0]
-        assert asides[0] - asides[1] == pytest.approx(lateral[0] - lateral[1], abs=1e-12)
+        assert offsets[0] - offsets[1] == pytest.approx(lateral[0] - lateral[1], abs=1e-12)
+
+
+@pytest.mark.parametrize("count", [0, MAX_PRESHAPES + 1])
+def test_a_hand_with_no_preshape_or_more_than_there_is_room_for_is_refused(barrett, count):
+    preshapes = np.tile(barrett.gripper.preshapes[:1], (count, 1))
+    hand = replace(barrett, gripper=barrett.gripper._replace(preshapes=preshapes))
+    with pytest.raises(HandError, match=f"has {count} preshapes; give 1 to {MAX_PRESHAPES}"):
+        jaw_table(hand)
+
+
+def test_as_many_preshapes_as_there_is_room_for_are_tabled(barrett):
+    preshapes = np.tile(barrett.gripper.preshapes[:1], (MAX_PRESHAPES, 1))
+    table = jaw_table(replace(barrett, gripper=barrett.gripper._replace(preshapes=preshapes)))
+    assert table.joints.shape[0] == MAX_PRESHAPES
+    np.testing.assert_array_equal(table.errors, np.broadcast_to(table.errors[:1], table.errors.shape))
 
 
 def test_table_of_a_hand_is_made_once(barrett, table):

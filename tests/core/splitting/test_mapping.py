@@ -11,7 +11,7 @@ from fingersplit.objects.parametric import box
 from fingersplit.parallel_grasps import ParallelGrasp
 from fingersplit.planning.starts import build_problem, choose_starts, split_starts
 from fingersplit.splitting.jaw_table import STANDOFFS, jaw_table
-from fingersplit.splitting.mapping import (
+from fingersplit.splitting.mapping_kernel import (
     CLEARANCE_SCALE,
     OUT_OF_REACH,
     PAD_ANGLE_SCALE,
@@ -21,7 +21,7 @@ from fingersplit.splitting.mapping import (
     screen_grasp,
 )
 from fingersplit.splitting.settings import PlannerSettings
-from fingersplit.splitting.state import Problem, new_states, new_work
+from fingersplit.splitting.state import Problem, new_states, new_times, new_work
 
 NAMES = ("box", "cylinder", "sphere", "mug")
 ACROSS = ParallelGrasp([[0.035, 0, 0], [-0.035, 0, 0]], [0, 0, -1])  # of the parametric sphere
@@ -43,7 +43,9 @@ def mapped(problem: Problem, hand: Hand, first, second, approach, choices) -> tu
     """Cost of the start, and the start."""
     states = new_states(2)
     ray = (tuple(map(float, vector)) for vector in (first, second, approach))
-    return map_grasp(problem, jaw_table(hand), *ray, np.asarray(choices), states, new_work()), states[0]
+    return map_grasp(problem, jaw_table(hand), *ray, np.asarray(choices), states, new_work(), new_times().map), states[
+        0
+    ]
 
 
 def cost_of(problem: Problem, hand: Hand, first, second, approach) -> float:

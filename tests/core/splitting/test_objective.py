@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from fingersplit.splitting.objective import (
+from fingersplit.splitting.objective_kernel import (
     manipulability,
     manipulability_gradient,
     object_quality,

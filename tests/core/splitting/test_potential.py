@@ -8,11 +8,11 @@ import scipy.linalg
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fingersplit.hands.kernel import move_fingers
-from fingersplit.splitting.collision import RANGE
-from fingersplit.splitting.potential import add_penalty_gradient, penalty
-from fingersplit.splitting.state import Problem, evaluate, measure_collision, new_states, new_work
-from fingersplit.splitting.trace import CPO
+from fingersplit.hands.kinematics_kernel import move_fingers
+from fingersplit.splitting.collision_kernel import RANGE
+from fingersplit.splitting.potential_kernel import add_penalty_gradient, penalty
+from fingersplit.splitting.state import Problem, new_states, new_times, new_work
+from fingersplit.splitting.state_kernel import evaluate, measure_collision
 from fingersplit.transforms import pose_matrix
 
 seeds = st.integers(0, 2**32 - 1)
@@ -47,7 +47,8 @@ def measured(problem: Problem, state: np.record, joints=0.0, palm=None) -> np.re
         moved.palm_rotation, moved.palm_position = palm[:3, :3], palm[:3, 3]
     move_fingers(problem.hand, moved)
     evaluate(problem.hand, problem.settings, moved)
-    measure_collision(problem, moved, new_work(), CPO)
+    work = new_work()
+    measure_collision(problem, moved, work, new_times().cpo)
     return moved
 
 
@@ -64,8 +65,8 @@ def palm_after(state: np.record, center: np.ndarray, twist: np.ndarray) -> np.nd
 def gradient(problem: Problem, state: np.record) -> tuple[np.ndarray, np.ndarray]:
     """Of the penalty, by the joints (8,) and by the twist (6,)."""
     work = new_work()
-    add_penalty_gradient(problem.hand, problem.settings, state, problem.center, work)
-    return -work.joint_gradient[:8], -work.twist_gradient
+    add_penalty_gradient(problem.hand, problem.settings, state, problem.center, work.step)
+    return -work.step.joint_gradient[:8], -work.step.twist_gradient
 
 
 def same_nearest_points(*states: np.record) -> bool:

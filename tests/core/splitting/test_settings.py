@@ -6,7 +6,7 @@ import math
 import pytest
 
 from fingersplit.errors import SettingsError
-from fingersplit.splitting.collision import RANGE
+from fingersplit.splitting.collision_kernel import RANGE
 from fingersplit.splitting.settings import FIDELITIES, PlannerSettings
 
 

@@ -8,14 +8,15 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from fingersplit.hands import Hand
-from fingersplit.hands.kernel import move_fingers
-from fingersplit.splitting.contact_optimization import tangent_step
-from fingersplit.splitting.objective import manipulability_gradient, object_quality_gradient
-from fingersplit.splitting.palm_optimization import move_palm, palm_tangent_step
-from fingersplit.splitting.potential import add_penalty_gradient
+from fingersplit.hands.kinematics_kernel import move_fingers
+from fingersplit.splitting.contact_optimization_kernel import tangent_step
+from fingersplit.splitting.objective_kernel import manipulability_gradient, object_quality_gradient
+from fingersplit.splitting.palm_optimization_kernel import move_palm, palm_tangent_step
+from fingersplit.splitting.potential_kernel import add_penalty_gradient
 from fingersplit.splitting.settings import PlannerSettings
-from fingersplit.splitting.state import evaluate, new_states, new_work
-from fingersplit.splitting.tracking import LIMIT_MARGIN
+from fingersplit.splitting.state import new_states, new_work
+from fingersplit.splitting.state_kernel import evaluate
+from fingersplit.splitting.tracking_kernel import LIMIT_MARGIN
 
 seeds = st.integers(0, 2**32 - 1)
 SETTINGS = PlannerSettings.of("paper")
@@ -138,7 +139,7 @@ def cpo_step(
 ) -> tuple[np.ndarray, np.ndarray]:
     work = new_work()
     tangent_step(hand.arrays, settings.for_kernels(), (0.0, 0.0, 0.0), state, work, radius)
-    return work.contact_step[: len(hand.fingers)].ravel(), work.joint_step[: len(hand.joint_names)]
+    return work.step.contact_step[: len(hand.fingers)].ravel(), work.step.joint_step[: len(hand.joint_names)]
 
 
 def ppo_step(
@@ -150,14 +151,14 @@ def ppo_step(
 ) -> tuple[np.ndarray, np.ndarray]:
     work = new_work()
     palm_tangent_step(hand.arrays, settings.for_kernels(), tuple(center.tolist()), state, work, radius)
-    return work.twist, work.joint_step[: len(hand.joint_names)]
+    return work.step.twist, work.step.joint_step[: len(hand.joint_names)]
 
 
 def push_gradients(hand: Hand, state: np.record, center: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Minus the gradients of the potentials (``test_potential`` proves them), by the twist and by the joints."""
     work = new_work()
-    add_penalty_gradient(hand.arrays, PUSHED.for_kernels(), state, tuple(center.tolist()), work)
-    return work.twist_gradient.copy(), work.joint_gradient[: len(hand.joint_names)].copy()
+    add_penalty_gradient(hand.arrays, PUSHED.for_kernels(), state, tuple(center.tolist()), work.step)
+    return work.step.twist_gradient.copy(), work.step.joint_gradient[: len(hand.joint_names)].copy()
 
 
 @given(seed=seeds)

@@ -7,14 +7,14 @@ from scipy.optimize import lsq_linear
 
 from fingersplit.hands import Hand
 from fingersplit.splitting.state import new_work
-from fingersplit.splitting.tracking import DAMPING, at_limit, track
+from fingersplit.splitting.tracking_kernel import DAMPING, at_limit, track
 
 seeds = st.integers(0, 2**32 - 1)
 
 
 def tracked(hand: Hand, joints: np.ndarray, finger: int, displacement: np.ndarray) -> np.ndarray:
     after = joints.copy()
-    track(hand.arrays, hand.pose(joints), finger, tuple(displacement.tolist()), new_work(), after)
+    track(hand.arrays, hand.pose(joints), finger, tuple(displacement.tolist()), new_work().solver, after)
     return after
 
 

@@ -11,7 +11,7 @@ The future work of [Fan2018]. Each is a squared hinge that is zero while the con
 import math
 
 from fingersplit.compilation import kernel
-from fingersplit.vectors import add, column, cross, dot, get, scale, subtract
+from fingersplit.vectors_kernel import add, column, cross, dot, get, scale, subtract
 
 __all__ = ["add_penalty_gradient", "penalty"]
 
@@ -32,8 +32,8 @@ def penalty(hand, settings, state):
 
 
 @kernel
-def add_penalty_gradient(hand, settings, state, center, work):
-    """Subtract the gradient of ``penalty`` from ``work.joint_gradient`` and ``work.twist_gradient``.
+def add_penalty_gradient(hand, settings, state, center, step):
+    """Subtract the gradient of ``penalty`` from ``step.joint_gradient`` and ``step.twist_gradient``.
 
     The twist is the object's body velocity about ``center``, linear then angular, as in PPO; contacts count as fixed.
     """
@@ -45,28 +45,28 @@ def add_penalty_gradient(hand, settings, state, center, work):
             slope = 2.0 * settings.clearance_weight * hinge  # of the merit by the clearance
             point = get(state.clearance_points, shape)
             away = scale(slope, get(state.clearance_normals, shape))
-            _add_to_twist(work, away, cross(subtract(point, center), away))
+            _add_to_twist(step, away, cross(subtract(point, center), away))
             finger = hand.shape_fingers[shape]
             if finger >= 0:
                 for j in range(hand.shape_links[shape] + 1):
                     axis = column(state.link_rotations[finger, j], 2)
                     motion = cross(axis, subtract(point, get(state.link_positions[finger], j)))
-                    work.joint_gradient[hand.joint_indices[finger, j]] -= dot(away, motion)
+                    step.joint_gradient[hand.joint_indices[finger, j]] -= dot(away, motion)
     for finger in range(hand.finger_count):
         hinge = state.pad_angles[finger] - settings.soft_pad_angle
         if hinge > 0.0:
             pad = get(state.pad_normals, finger)
             turn = cross(pad, get(state.normals, finger))  # the angle's derivative by a turn of the pad, times sine
             slope = -2.0 * settings.pad_angle_weight * hinge / max(math.sin(state.pad_angles[finger]), 1e-3)
-            _add_to_twist(work, (0.0, 0.0, 0.0), scale(-slope, turn))
+            _add_to_twist(step, (0.0, 0.0, 0.0), scale(-slope, turn))
             for j in range(hand.joint_counts[finger]):
                 axis = column(state.link_rotations[finger, j], 2)
-                work.joint_gradient[hand.joint_indices[finger, j]] += slope * dot(axis, turn)
+                step.joint_gradient[hand.joint_indices[finger, j]] += slope * dot(axis, turn)
     for joint in range(hand.joint_count):
         hinge = _limit_hinge(hand, settings, state.joints, joint)
         if hinge != 0.0:
             width = hand.upper[joint] - hand.lower[joint]
-            work.joint_gradient[joint] -= 2.0 * settings.joint_limit_weight * hinge / width
+            step.joint_gradient[joint] -= 2.0 * settings.joint_limit_weight * hinge / width
 
 
 @kernel
@@ -88,8 +88,8 @@ def _limit_hinge(hand, settings, joints, joint):
 
 
 @kernel
-def _add_to_twist(work, linear, angular):
-    gradient = work.twist_gradient
+def _add_to_twist(step, linear, angular):
+    gradient = step.twist_gradient
     first = add((gradient[0], gradient[1], gradient[2]), linear)
     second = add((gradient[3], gradient[4], gradient[5]), angular)
     gradient[0], gradient[1], gradient[2] = first

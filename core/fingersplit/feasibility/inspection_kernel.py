@@ -1,18 +1,18 @@
 """The last look at a grasp that the splitting ended with, at the triangles themselves."""
 
 from fingersplit.compilation import kernel
-from fingersplit.feasibility.penetration import exact_penetration
+from fingersplit.feasibility.penetration_kernel import exact_penetration
+from fingersplit.feasibility.violations_kernel import find_violations
 from fingersplit.objects.grid import nearest
 from fingersplit.objects.surface import touch
-from fingersplit.splitting.state import evaluate, measure_collision
-from fingersplit.splitting.trace import SETTLE
-from fingersplit.vectors import dot, get, norm, put, subtract
+from fingersplit.splitting.state_kernel import evaluate, measure_collision
+from fingersplit.vectors_kernel import dot, get, norm, put, subtract
 
 __all__ = ["inspect_grasp"]
 
 
 @kernel
-def inspect_grasp(problem, patches, state, work):
+def inspect_grasp(problem, patches, state, work, times):
     """Contacts, normals, residuals and Q where the pads touch the triangles, and whether those lie too deep in a link.
 
     What a cloud's view did not see is in the collision points alone; and a grasp that is not feasible anyway is as deep
@@ -23,6 +23,10 @@ def inspect_grasp(problem, patches, state, work):
         patches: ``Patches`` of the object; in the problem every call of the search would pay for its arrays.
         state: ``STATE`` record of the grasp, changed.
         work: ``WORK`` record.
+        times: ``PHASE_TIMES`` record, added to.
+
+    Returns:
+        Mask of the violated constraints, see ``find_violations``.
     """
     hand, surface, settings = problem.hand, problem.surface, problem.settings
     for finger in range(hand.finger_count):
@@ -31,14 +35,14 @@ def inspect_grasp(problem, patches, state, work):
         put(state.contacts, finger, point)
         put(state.normals, finger, get(surface.normals, state.samples[finger]))
     evaluate(hand, settings, state)
-    promising = True
     for finger in range(hand.finger_count):
         away = subtract(get(state.pads, finger), get(state.contacts, finger))
         outside = dot(away, get(state.normals, finger)) >= 0.0
         state.residuals[finger] = abs((norm(away) if outside else -norm(away)) - hand.pad_radii[finger])
-        touches = state.residuals[finger] <= settings.contact_tolerance
-        promising = promising and touches and state.pad_angles[finger] <= settings.pad_angle_limit
-    measure_collision(problem, state, work, SETTLE)
-    if promising and state.penetration <= settings.penetration_tolerance:
-        exact = exact_penetration(hand, state, patches, problem.distance, settings.penetration_tolerance)
-        state.penetration = max(state.penetration, exact)
+    measure_collision(problem, state, work, times)
+    violations = find_violations(hand, settings, state)
+    if violations:
+        return violations
+    exact = exact_penetration(hand, state, patches, problem.distance, settings.penetration_tolerance)
+    state.penetration = max(state.penetration, exact)
+    return find_violations(hand, settings, state)

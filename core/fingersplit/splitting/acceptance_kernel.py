@@ -5,7 +5,7 @@ the quality test waits while a fingertip is still being pulled to the surface, s
 """
 
 from fingersplit.compilation import kernel
-from fingersplit.splitting.state import measure_collision
+from fingersplit.splitting.state_kernel import measure_collision
 
 __all__ = [
     "CONTINUE",
@@ -25,22 +25,23 @@ MIN_PULL = 0.01
 
 
 @kernel
-def judge(problem, state, candidate, least_increase, work, phase):
+def judge(problem, state, candidate, least_increase, work, times):
     """Whether ``candidate`` may follow ``state``: CONTINUE, or what refuses it.
 
-    Its collisions are measured here: first when potentials make them part of the merit, else last.
+    Its collisions are measured here, first when potentials make them part of the merit, else last; the time is added
+    to the phase's ``times``.
     """
     hand, settings = problem.hand, problem.settings
     if settings.potentials:
-        measure_collision(problem, candidate, work, phase)
-    rises = candidate.merit - state.merit > least_increase
-    if not rises and not _pulled(hand, settings, state, candidate):
+        measure_collision(problem, candidate, work, times)
+    improves = candidate.merit - state.merit > least_increase
+    if not improves and not _pulled(hand, settings, state, candidate):
         return STOPPED_RISING
     pads = judge_pads(hand, settings, state, candidate)
     if pads != CONTINUE:
         return pads
     if not settings.potentials:
-        measure_collision(problem, candidate, work, phase)
+        measure_collision(problem, candidate, work, times)
     return judge_collision(settings, state, candidate)
 
 

@@ -8,9 +8,9 @@ import numpy as np
 from fingersplit.compilation import kernel
 from fingersplit.objects.surface import touch
 from fingersplit.objects.triangle_grid import cast, face_normal
-from fingersplit.parallel_grasps.crossing_pairs import CROSSINGS, across
-from fingersplit.parallel_grasps.fitting import fit_pads, get_column
-from fingersplit.vectors import add, cross, dot, get, norm, put, scale, subtract
+from fingersplit.parallel_grasps.crossing_pairs_kernel import CROSSINGS, across
+from fingersplit.parallel_grasps.fitting_kernel import fit_pads, get_column
+from fingersplit.vectors_kernel import add, cross, dot, get, norm, put, scale, subtract
 
 __all__ = ["GripperBody", "body_points", "guided_fits"]
 
@@ -20,9 +20,9 @@ MIN_FACING = 0.5
 """Cosine between a start's jaw axis and the far side's normal, below which fitting would have to turn too far."""
 TOUCHING = 1e-3
 """[m]; a pad point this far above the surface rests on it."""
-ASTRAY = 3e-3
+MAX_MISALIGNMENT = 3e-3
 """[m]; a pad point farther from its nearest object point reaches beyond the object."""
-MIN_SEAT = 0.25
+MIN_CONTACT_SCORE = 0.25
 """Share of a pad that has to rest squarely on the surface."""
 
 
@@ -79,7 +79,7 @@ def guided_fits(
     """
     starts, members = regions
     trials, regrets = np.zeros(len(starts) - 1), np.zeros(len(starts) - 1)
-    seats, distances, faces = np.zeros(len(draws)), np.empty(CROSSINGS), np.empty(CROSSINGS, np.int64)
+    contact_scores, distances, faces = np.zeros(len(draws)), np.empty(CROSSINGS), np.empty(CROSSINGS, np.int64)
     for n in range(len(draws)):
         region = _choose_region(trials, regrets, draws[n, 0])
         place = starts[region] + int(draws[n, 1] * (starts[region + 1] - starts[region]))
@@ -87,11 +87,11 @@ def guided_fits(
         wanted = _start(triangles, surface, coarse, members[place], body, opening, draws[n], fit, distances, faces)
         if norm(wanted) > 0.0:
             fit_pads(surface, pad, opening, wanted, fit)
-            seats[n] = _judge(surface, body, opening, least_cosine, fit, contacts[n])
+            contact_scores[n] = _judge(surface, body, opening, least_cosine, fit, contacts[n])
             put(approaches, n, get_column(fit.rotation, 2))
-        if seats[n] == 0.0:
+        if contact_scores[n] == 0.0:
             regrets[region] += 1.0
-    return seats, trials, regrets
+    return contact_scores, trials, regrets
 
 
 @kernel
@@ -178,19 +178,19 @@ def _judge(surface, body, opening, least_cosine, fit, contacts):
     jaw = get_column(fit.rotation, 1)
     middle = (fit.position[0], fit.position[1], fit.position[2])
     for side in range(2):
-        seat, sign = 0.0, 1.0 - 2.0 * side
+        score, sign = 0.0, 1.0 - 2.0 * side
         for m in range(side * count, (side + 1) * count):
             target, normal = get(fit.targets, m), get(fit.target_normals, m)
             gap = subtract(target, get(fit.points, m))
-            if abs(dot(gap, normal)) < TOUCHING and norm(gap) < ASTRAY:
-                seat += max(0.0, -dot(get(fit.normals, m), normal)) / count
-        worst = min(worst, seat)
+            if abs(dot(gap, normal)) < TOUCHING and norm(gap) < MAX_MISALIGNMENT:
+                score += max(0.0, -dot(get(fit.normals, m), normal)) / count
+        worst = min(worst, score)
         center = add(middle, scale(0.5 * sign * fit.width[0], jaw))
         distance, contact = touch(surface, center, fit.samples[side * count])
-        if distance > ASTRAY:
+        if distance > MAX_MISALIGNMENT:
             return 0.0
         put(contacts, side, contact)
-    if worst < MIN_SEAT or not _within_cones(contacts, least_cosine, opening, fit):
+    if worst < MIN_CONTACT_SCORE or not _within_cones(contacts, least_cosine, opening, fit):
         return 0.0
     return 0.0 if body_points(surface.grid.points, body, fit, 1) > 0 else worst
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from fingersplit.compilation import kernel
 from fingersplit.objects.grid import cell_range
-from fingersplit.vectors import (
+from fingersplit.vectors_kernel import (
     add,
     cross,
     dot,
@@ -226,11 +226,11 @@ def palm_equations(fit, approach, wanted):
             _add_row(fit, facing, cross(n_p, n_q), (0.0, 0.0, 0.0), tilt)
             error += weight * gap * gap + facing * tilt * tilt
     # |n_z' x n_app|^2 with n_z' = n_z + r x n_z: rows of [n_app] [n_z] r + n_z x n_app.
-    astray, along = cross(approach, wanted), dot(approach, wanted)
+    misalignment, along = cross(approach, wanted), dot(approach, wanted)
     for k in range(3):
         unit = (1.0 if k == 0 else 0.0, 1.0 if k == 1 else 0.0, 1.0 if k == 2 else 0.0)
         row = subtract(scale(dot(approach, unit), wanted), scale(along, unit))
-        _add_row(fit, APPROACH_WEIGHT * APPROACH_WEIGHT, row, (0.0, 0.0, 0.0), -dot(astray, unit))
+        _add_row(fit, APPROACH_WEIGHT * APPROACH_WEIGHT, row, (0.0, 0.0, 0.0), -dot(misalignment, unit))
     for k in range(6):
         fit.A[k, k] += DAMPING * (NORMAL_WEIGHT * NORMAL_WEIGHT if k < 3 else 1.0)
     return error

@@ -8,15 +8,15 @@ of finger i's pad on its contact (a ball joint there is the paper's rotational f
 import math
 
 from fingersplit.compilation import kernel
-from fingersplit.hands.kernel import move_fingers
-from fingersplit.splitting.acceptance import CONTINUE, REACHED_ITERATION_LIMIT, judge
-from fingersplit.splitting.clock import seconds
-from fingersplit.splitting.objective import manipulability_gradient
-from fingersplit.splitting.potential import add_penalty_gradient
-from fingersplit.splitting.state import evaluate, pad_target
-from fingersplit.splitting.trace import PPO, record
-from fingersplit.splitting.tracking import STATIONARY, at_limit, track
-from fingersplit.vectors import (
+from fingersplit.hands.kinematics_kernel import move_fingers
+from fingersplit.splitting.acceptance_kernel import CONTINUE, REACHED_ITERATION_LIMIT, judge
+from fingersplit.splitting.clock_kernel import seconds
+from fingersplit.splitting.objective_kernel import manipulability_gradient
+from fingersplit.splitting.potential_kernel import add_penalty_gradient
+from fingersplit.splitting.state_kernel import evaluate, pad_target
+from fingersplit.splitting.trace_kernel import PPO, record
+from fingersplit.splitting.tracking_kernel import STATIONARY, at_limit, track
+from fingersplit.vectors_kernel import (
     add,
     cross,
     dot,
@@ -36,17 +36,17 @@ __all__ = ["move_palm", "optimize_palm", "palm_tangent_step"]
 
 
 @kernel
-def optimize_palm(problem, states, work, trace):
+def optimize_palm(problem, states, work, times, trace):
     """Climb the merit over palm pose and joints, the contacts fixed; arguments and results as ``optimize_contacts``."""
     settings, radius = problem.settings, problem.settings.ppo_trust_region
     for iteration in range(1, settings.max_inner_iterations + 1):
-        started = seconds(work.clock)
+        started, measured = seconds(work.clock), times.collision
         palm_tangent_step(problem.hand, settings, problem.center, states[0], work, radius)  # line 3, eq. (7)
         searched = seconds(work.clock)
         _project(problem, states[0], states[1], work)  # lines 3 to 6, eq. (8) and (9)
-        verdict = judge(problem, states[0], states[1], settings.ppo_least_increase, work, PPO)  # line 7
-        work.times[3] += searched - started
-        work.times[4] += seconds(work.clock) - searched
+        verdict = judge(problem, states[0], states[1], settings.ppo_least_increase, work, times)  # line 7
+        times.search += searched - started
+        times.projection += seconds(work.clock) - searched - (times.collision - measured)
         if verdict == CONTINUE:
             states[0] = states[1]  # line 9
             record(trace, PPO, states[0])
@@ -60,40 +60,40 @@ def optimize_palm(problem, states, work, trace):
 
 @kernel
 def palm_tangent_step(hand, settings, center, state, work, radius):
-    """Eq. (7): object velocity V_po^b into ``work.twist`` and joint velocities into ``work.joint_step``.
+    """Eq. (7): object velocity V_po^b into ``work.step.twist`` and joint velocities into ``work.step.joint_step``.
 
     The gradient (g_V, g) of the merit by the object's velocity and by the joints, projected on the grasp constraint
     G^T V = J_h q_dot: with M = G^T G + J_h J_h^T and lambda = M^-1 (J_h g - G^T g_V), V = g_V + G lambda and
     q_dot = g - J_h^T lambda, scaled to |q_dot| = sigma_ppo, which is ``radius``. Without potentials g_V is zero and
     this is the paper's. A joint at its limit and pushed outwards leaves the active set.
     """
-    manipulability_gradient(hand, state.joints, work.joint_gradient)
-    work.joint_gradient[:] *= settings.hand_weight
-    work.twist_gradient[:] = 0.0
-    add_penalty_gradient(hand, settings, state, center, work)
-    work.frozen[:] = False
+    manipulability_gradient(hand, state.joints, work.step.joint_gradient)
+    work.step.joint_gradient[:] *= settings.hand_weight
+    work.step.twist_gradient[:] = 0.0
+    add_penalty_gradient(hand, settings, state, center, work.step)
+    work.solver.frozen[:] = False
     for _ in range(hand.joint_count + 1):
         _solve_grasp_constraint(hand, state, center, work)
         changed = False
         for j in range(hand.joint_count):
-            if not work.frozen[j] and at_limit(hand, state.joints, j, work.joint_step[j]):
-                work.frozen[j], changed = True, True
+            if not work.solver.frozen[j] and at_limit(hand, state.joints, j, work.step.joint_step[j]):
+                work.solver.frozen[j], changed = True, True
         if not changed:
             break
     squared, steepest = 0.0, 0.0
     for j in range(hand.joint_count):
-        squared += work.joint_step[j] ** 2
-        steepest += work.joint_gradient[j] ** 2
+        squared += work.step.joint_step[j] ** 2
+        steepest += work.step.joint_gradient[j] ** 2
     moves = squared > STATIONARY**2 * steepest
     alpha = radius / math.sqrt(squared) if moves else 0.0
-    work.twist[:] *= alpha
-    work.joint_step[:] *= alpha
+    work.step.twist[:] *= alpha
+    work.step.joint_step[:] *= alpha
 
 
 @kernel
 def _solve_grasp_constraint(hand, state, center, work):
     """Eq. (7) without its scaling, for the joints that are not frozen."""
-    fingers, M, B = hand.finger_count, work.matrix, work.columns
+    fingers, M, B = hand.finger_count, work.solver.matrix, work.solver.columns
     for a in range(fingers):
         p = subtract(pad_target(hand, state, a), center)
         for b in range(fingers):
@@ -102,7 +102,7 @@ def _solve_grasp_constraint(hand, state, center, work):
             for i in range(3):
                 for k in range(3):
                     M[3 * a + i, 3 * b + k] = (1.0 + inner if i == k else 0.0) - q[i] * p[k]
-    linear, angular = _halves(work.twist_gradient)
+    linear, angular = _halves(work.step.twist_gradient)
     for a in range(fingers):
         J = state.jacobians[a]
         drift = add(linear, cross(angular, subtract(pad_target(hand, state, a), center)))  # G_a^T g_V
@@ -111,8 +111,8 @@ def _solve_grasp_constraint(hand, state, center, work):
             B[3 * a + i, 1] = 0.0
             for c in range(hand.joint_counts[a]):
                 j = hand.joint_indices[a, c]
-                if not work.frozen[j]:
-                    B[3 * a + i, 0] += J[i, c] * work.joint_gradient[j]
+                if not work.solver.frozen[j]:
+                    B[3 * a + i, 0] += J[i, c] * work.step.joint_gradient[j]
                     for k in range(3):
                         M[3 * a + i, 3 * a + k] += J[i, c] * J[k, c]
     solve_positive_definite(M, B, 3 * fingers)
@@ -123,12 +123,12 @@ def _solve_grasp_constraint(hand, state, center, work):
         J = state.jacobians[a]
         for c in range(hand.joint_counts[a]):
             j = hand.joint_indices[a, c]
-            work.joint_step[j] = 0.0
-            if not work.frozen[j]:
+            work.step.joint_step[j] = 0.0
+            if not work.solver.frozen[j]:
                 pull = J[0, c] * multiplier[0] + J[1, c] * multiplier[1] + J[2, c] * multiplier[2]
-                work.joint_step[j] = work.joint_gradient[j] - pull
+                work.step.joint_step[j] = work.step.joint_gradient[j] - pull
     for k in range(3):
-        work.twist[k], work.twist[3 + k] = linear[k], angular[k]
+        work.step.twist[k], work.step.twist[3 + k] = linear[k], angular[k]
 
 
 @kernel
@@ -168,15 +168,15 @@ def move_palm(twist, duration, center, old, rotation, new):
 def _project(problem, state, candidate, work):
     """Lines 3 to 6: the palm takes its tangent step, the joints track the contacts that stay behind, eq. (9)."""
     hand, settings = problem.hand, problem.settings
-    move_palm(work.twist, settings.time_step, problem.center, state, work.rotation, candidate)
-    linear, angular = _halves(work.twist)
+    move_palm(work.step.twist, settings.time_step, problem.center, state, work.rotation, candidate)
+    linear, angular = _halves(work.step.twist)
     candidate.samples[:] = state.samples
     for finger in range(hand.finger_count):
         target = pad_target(hand, state, finger)
         velocity = add(linear, cross(angular, subtract(target, problem.center)))
         error = subtract(target, get(state.pads, finger))
         displacement = scale(settings.time_step, add(velocity, scale(settings.ppo_gain, error)))
-        track(hand, state, finger, displacement, work, candidate.joints)
+        track(hand, state, finger, displacement, work.solver, candidate.joints)
         put(candidate.contacts, finger, get(state.contacts, finger))
         put(candidate.normals, finger, get(state.normals, finger))
     move_fingers(hand, candidate)

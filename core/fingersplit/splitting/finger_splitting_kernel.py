@@ -1,8 +1,8 @@
 """Algorithm 3 of [Fan2018]: the iterative CPO-PPO that splits the fingers of a mapped grasp."""
 
 from fingersplit.compilation import kernel
-from fingersplit.hands.kernel import move_fingers
-from fingersplit.splitting.acceptance import (
+from fingersplit.hands.kinematics_kernel import move_fingers
+from fingersplit.splitting.acceptance_kernel import (
     CONTINUE,
     REACHED_COLLISION,
     REACHED_ITERATION_LIMIT,
@@ -11,12 +11,12 @@ from fingersplit.splitting.acceptance import (
     judge_collision,
     judge_pads,
 )
-from fingersplit.splitting.contact_optimization import optimize_contacts
-from fingersplit.splitting.palm_optimization import optimize_palm
-from fingersplit.splitting.state import attach_contacts, evaluate, measure_collision, pad_target
-from fingersplit.splitting.trace import MAP, SETTLE, record
-from fingersplit.splitting.tracking import track
-from fingersplit.vectors import get, subtract
+from fingersplit.splitting.contact_optimization_kernel import optimize_contacts
+from fingersplit.splitting.palm_optimization_kernel import optimize_palm
+from fingersplit.splitting.state_kernel import attach_contacts, evaluate, measure_collision, pad_target
+from fingersplit.splitting.trace_kernel import MAP, SETTLE, record
+from fingersplit.splitting.tracking_kernel import track
+from fingersplit.vectors_kernel import get, subtract
 
 __all__ = ["SETTLE_ITERATIONS", "split_fingers"]
 
@@ -26,7 +26,7 @@ SETTLED = 1e-5
 
 
 @kernel
-def split_fingers(problem, states, work, trace):
+def split_fingers(problem, states, work, times, trace):
     """Split the fingers from a mapped start.
 
     Args:
@@ -34,20 +34,21 @@ def split_fingers(problem, states, work, trace):
         states: Three ``STATE`` records: the first holds the mapped start (line 2), and on return the grasp it ends
             with, as the search knows it; ``inspect_grasp`` looks at it last.
         work: ``WORK`` record.
+        times: ``TIMES`` record, added to.
         trace: ``TraceRows``, appended to.
 
     Returns:
         What stopped the last CPO or PPO (``acceptance``), rounds, and tangent searches of all CPO and of all PPO.
     """
     settings = problem.settings
-    measure_collision(problem, states[0], work, MAP)
+    measure_collision(problem, states[0], work, times.map)
     record(trace, MAP, states[0])
     rounds, cpo_total, ppo_total, end = 0, 0, 0, REACHED_ITERATION_LIMIT
     while rounds < settings.max_outer_iterations:  # line 3
         rounds += 1
         before = states[0].merit
-        cpo_end, cpo = optimize_contacts(problem, states, work, trace)  # line 4
-        ppo_end, ppo = optimize_palm(problem, states, work, trace)  # line 5
+        cpo_end, cpo = optimize_contacts(problem, states, work, times.cpo, trace)  # line 4
+        ppo_end, ppo = optimize_palm(problem, states, work, times.ppo, trace)  # line 5
         cpo_total += cpo
         ppo_total += ppo
         few = cpo < settings.min_inner_iterations and ppo < settings.min_inner_iterations  # line 6
@@ -57,12 +58,12 @@ def split_fingers(problem, states, work, trace):
                 if bound in (cpo_end, ppo_end):
                     end = bound
             break
-    _settle(problem, states, work, trace)
+    _settle(problem, states, work, times.settle, trace)
     return end, rounds, cpo_total, ppo_total
 
 
 @kernel
-def _settle(problem, states, work, trace):
+def _settle(problem, states, work, times, trace):
     """Pull fingertips that lag behind the surface onto it: projections without a tangent step, at full gain.
 
     The paper's gain closes a tenth of the gap per step, so a fingertip that slid along a curve may end inside it. Once
@@ -77,13 +78,13 @@ def _settle(problem, states, work, trace):
         states[1] = states[0]
         for finger in range(hand.finger_count):
             error = subtract(pad_target(hand, state, finger), get(state.pads, finger))
-            track(hand, state, finger, error, work, candidate.joints)
+            track(hand, state, finger, error, work.solver, candidate.joints)
         move_fingers(hand, candidate)
         attach_contacts(problem.surface, hand, candidate)
         evaluate(hand, settings, candidate)
         if candidate.residuals[: hand.finger_count].max() > 0.99 * before:
             return
-        measure_collision(problem, candidate, work, SETTLE)
+        measure_collision(problem, candidate, work, times)
         pads, collision = judge_pads(hand, settings, state, candidate), judge_collision(settings, state, candidate)
         if before <= settings.contact_tolerance and (pads != CONTINUE or collision != CONTINUE):
             return

@@ -5,7 +5,7 @@ other than three fingers Q_o is the mean over all contact triples, which is the 
 """
 
 from fingersplit.compilation import kernel
-from fingersplit.vectors import add, cross, get, norm, put, scale, subtract
+from fingersplit.vectors_kernel import add, cross, get, norm, put, scale, subtract
 
 __all__ = ["manipulability", "manipulability_gradient", "object_quality", "object_quality_gradient"]
 

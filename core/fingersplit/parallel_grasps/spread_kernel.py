@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from fingersplit.compilation import kernel
-from fingersplit.vectors import add, get, norm, subtract
+from fingersplit.vectors_kernel import add, get, norm, subtract
 
 __all__ = ["COVERING", "spread_pairs"]
 

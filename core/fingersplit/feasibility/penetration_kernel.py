@@ -5,12 +5,12 @@ import math
 import numpy as np
 
 from fingersplit.compilation import kernel
-from fingersplit.hands.kernel import place_on_link, place_shape
-from fingersplit.hands.shapes import shape_distance, shape_distance_gradient
+from fingersplit.hands.kinematics_kernel import place_on_link, place_shape
+from fingersplit.hands.shapes_kernel import shape_distance, shape_distance_gradient
 from fingersplit.objects.grid import cell_range, column_in_ball
 from fingersplit.objects.patches import STACKED, halve_triangle
 from fingersplit.objects.signed_distance import least_distance
-from fingersplit.vectors import add, dot, get, put, rotate, rotate_back, scale, subtract
+from fingersplit.vectors_kernel import add, dot, get, put, rotate, rotate_back, scale, subtract
 
 __all__ = ["ACCURACY", "exact_penetration"]
 

@@ -9,14 +9,13 @@ best few are brought to the surface, and the best of those is the start.
 import math
 
 from fingersplit.compilation import kernel
-from fingersplit.hands.kernel import move_fingers
+from fingersplit.hands.kinematics_kernel import move_fingers
 from fingersplit.objects.signed_distance import sample_near
 from fingersplit.objects.surface import closest
-from fingersplit.splitting.collision import rough_penetration
-from fingersplit.splitting.state import attach_contacts, evaluate, measure_collision, pad_target
-from fingersplit.splitting.trace import MAP
-from fingersplit.splitting.tracking import track
-from fingersplit.vectors import add, cross, dot, get, norm, put, scale, subtract
+from fingersplit.splitting.collision_kernel import rough_penetration
+from fingersplit.splitting.state_kernel import attach_contacts, evaluate, measure_collision, pad_target
+from fingersplit.splitting.tracking_kernel import track
+from fingersplit.vectors_kernel import add, cross, dot, get, norm, put, scale, subtract
 
 __all__ = ["REFINED", "map_grasp", "screen_grasp"]
 
@@ -67,7 +66,7 @@ def screen_grasp(problem, table, first, second, approach, states, work, costs, c
     w = _opening_index(table, opening)
     if w < 0:
         return
-    combinations = work.combinations
+    combinations = work.map.combinations
     for p in range(len(table.joints)):
         _aim(problem, table, p, first, second, lateral, state)
         for h in range(len(table.standoffs)):
@@ -88,8 +87,10 @@ def screen_grasp(problem, table, first, second, approach, states, work, costs, c
 
 
 @kernel
-def map_grasp(problem, table, first, second, approach, choices, states, work):
+def map_grasp(problem, table, first, second, approach, choices, states, work, times):
     """The start of a screened parallel grasp into ``states[0]``; ``states[1]`` is scratch.
+
+    ``choices`` are those of ``screen_grasp``; ``times`` is a ``PHASE_TIMES`` record, added to.
 
     Returns:
         Cost of the start, sum of squares over the scales above; infinite when the fingertips do not come near.
@@ -109,7 +110,7 @@ def map_grasp(problem, table, first, second, approach, choices, states, work):
         evaluate(hand, settings, candidate)
         if candidate.residuals[: hand.finger_count].max() > OUT_OF_REACH:
             continue
-        measure_collision(problem, candidate, work, MAP)
+        measure_collision(problem, candidate, work, times)
         cost = _cost(hand, candidate, REACH_SCALE) + (candidate.penetration / CLEARANCE_SCALE) ** 2
         if cost < best:
             best = cost
@@ -163,7 +164,7 @@ def _aim(problem, table, p, first, second, lateral, state):
     """Contacts of the fingers: about their jaw's contact, as far to the side as their pads stand in the preshape."""
     for finger in range(problem.hand.finger_count):
         jaw_contact = first if table.groups[finger] == 0 else second
-        aimed = add(jaw_contact, scale(table.asides[p, finger], lateral))
+        aimed = add(jaw_contact, scale(table.lateral_offsets[p, finger], lateral))
         sample = sample_near(problem.distance, aimed)
         point, normal = get(problem.surface.grid.points, sample), get(problem.surface.normals, sample)
         if norm(subtract(aimed, point)) < EXACTLY_AIMED:
@@ -181,8 +182,8 @@ def _reach(problem, iterations, attached, state, work):
         for finger in range(hand.finger_count):
             error = subtract(pad_target(hand, state, finger), get(state.pads, finger))
             # Aside first: track reads the old angles again for every joint that meets its limit.
-            track(hand, state, finger, error, work, work.joint_step)
-        state.joints[:] = work.joint_step
+            track(hand, state, finger, error, work.solver, work.map.joints)
+        state.joints[:] = work.map.joints
         move_fingers(hand, state)
         if attached:
             attach_contacts(problem.surface, hand, state)

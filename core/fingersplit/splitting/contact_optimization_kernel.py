@@ -3,16 +3,16 @@
 import math
 
 from fingersplit.compilation import kernel
-from fingersplit.hands.kernel import move_fingers
+from fingersplit.hands.kinematics_kernel import move_fingers
 from fingersplit.objects.surface import closest
-from fingersplit.splitting.acceptance import CONTINUE, REACHED_ITERATION_LIMIT, judge
-from fingersplit.splitting.clock import seconds
-from fingersplit.splitting.objective import manipulability_gradient, object_quality_gradient
-from fingersplit.splitting.potential import add_penalty_gradient
-from fingersplit.splitting.state import attach_contacts, evaluate, measure_collision
-from fingersplit.splitting.trace import CPO, record, record_contact_steps
-from fingersplit.splitting.tracking import STATIONARY, at_limit, track
-from fingersplit.vectors import add, get, scale, solve_positive_definite, subtract
+from fingersplit.splitting.acceptance_kernel import CONTINUE, REACHED_ITERATION_LIMIT, judge
+from fingersplit.splitting.clock_kernel import seconds
+from fingersplit.splitting.objective_kernel import manipulability_gradient, object_quality_gradient
+from fingersplit.splitting.potential_kernel import add_penalty_gradient
+from fingersplit.splitting.state_kernel import attach_contacts, evaluate, measure_collision
+from fingersplit.splitting.trace_kernel import CPO, record, record_contact_steps
+from fingersplit.splitting.tracking_kernel import STATIONARY, at_limit, track
+from fingersplit.vectors_kernel import add, get, scale, solve_positive_definite, subtract
 
 __all__ = ["optimize_contacts", "tangent_step"]
 
@@ -20,7 +20,7 @@ LINE_SEARCH_HALVINGS = 4
 
 
 @kernel
-def optimize_contacts(problem, states, work, trace):
+def optimize_contacts(problem, states, work, times, trace):
     """Climb the merit over contacts and joints until it stops rising or a constraint is met.
 
     At the paper's fidelity every step is as long as the trust region, and the first one that is refused ends the phase.
@@ -30,26 +30,27 @@ def optimize_contacts(problem, states, work, trace):
         problem: ``Problem``.
         states: Three ``STATE`` records: the first holds the last accepted state on return, the others are scratch.
         work: ``WORK`` record.
+        times: ``PHASE_TIMES`` record, added to.
         trace: ``TraceRows``; every accepted state is recorded.
 
     Returns:
         Why it stopped (``acceptance``) and the number of tangent searches, the rejected ones included.
     """
-    settings, radius, verdict = problem.settings, problem.settings.cpo_trust_region, REACHED_ITERATION_LIMIT
+    settings, radius = problem.settings, problem.settings.cpo_trust_region
     for iteration in range(1, settings.max_inner_iterations + 1):
-        started = seconds(work.clock)
+        started, measured = seconds(work.clock), times.collision
         tangent_step(problem.hand, settings, problem.center, states[0], work, radius)  # line 3
         searched = seconds(work.clock)
         _project(problem, states[0], 1.0, states[1], work)  # lines 4 to 6
         if settings.line_search:
-            _search_line(problem, states, work)
-        verdict = judge(problem, states[0], states[1], settings.cpo_least_increase, work, CPO)  # line 7
-        work.times[0] += searched - started
-        work.times[1] += seconds(work.clock) - searched
+            _search_line(problem, states, work, times)
+        verdict = judge(problem, states[0], states[1], settings.cpo_least_increase, work, times)  # line 7
+        times.search += searched - started
+        times.projection += seconds(work.clock) - searched - (times.collision - measured)
         if verdict == CONTINUE:
             states[0] = states[1]  # line 9
             record(trace, CPO, states[0])
-            record_contact_steps(trace, work.contact_step)
+            record_contact_steps(trace, work.step.contact_step)
             radius = min(settings.trust_region_growth * radius, settings.cpo_trust_region)
         else:
             radius *= settings.trust_region_shrink
@@ -60,7 +61,7 @@ def optimize_contacts(problem, states, work, trace):
 
 @kernel
 def tangent_step(hand, settings, center, state, work, radius):
-    """Line 3: the step d* = alpha* d_0 of eq. (4) with alpha* = sigma_cpo / |d_0| into ``work.contact_step``.
+    """Line 3: the step d* = alpha* d_0 of eq. (4) with alpha* = sigma_cpo / |d_0| into ``work.step.contact_step``.
 
     Eq. (4) projects the gradient (g_c, g_q) of Q on {d_c = J d_q, n^T d_c = 0}. The constraints couple no two fingers,
     so each one solves its own problem, exactly equal to (4):
@@ -71,34 +72,35 @@ def tangent_step(hand, settings, center, state, work, radius):
     sigma_cpo.
     """
     fingers = hand.finger_count
-    object_quality_gradient(state.contacts, fingers, work.contact_gradient)
-    manipulability_gradient(hand, state.joints, work.joint_gradient)
-    work.contact_gradient[:] *= settings.object_weight
-    work.joint_gradient[:] *= settings.hand_weight
-    add_penalty_gradient(hand, settings, state, center, work)
+    object_quality_gradient(state.contacts, fingers, work.step.contact_gradient)
+    manipulability_gradient(hand, state.joints, work.step.joint_gradient)
+    work.step.contact_gradient[:] *= settings.object_weight
+    work.step.joint_gradient[:] *= settings.hand_weight
+    add_penalty_gradient(hand, settings, state, center, work.step)
     squared, steepest = 0.0, 0.0
     for finger in range(fingers):
         _finger_step(hand, state, finger, work)
         for k in range(3):
-            squared += work.contact_step[finger, k] ** 2
-            steepest += work.contact_gradient[finger, k] ** 2
+            squared += work.step.contact_step[finger, k] ** 2
+            steepest += work.step.contact_gradient[finger, k] ** 2
     for j in range(hand.joint_count):
-        squared += work.joint_step[j] ** 2
-        steepest += work.joint_gradient[j] ** 2
+        squared += work.step.joint_step[j] ** 2
+        steepest += work.step.joint_gradient[j] ** 2
     moves = squared > STATIONARY**2 * steepest
     alpha = radius / math.sqrt(squared) if moves else 0.0
     for finger in range(fingers):
         for k in range(3):
-            work.contact_step[finger, k] *= alpha
+            work.step.contact_step[finger, k] *= alpha
     for j in range(hand.joint_count):
-        work.joint_step[j] *= alpha
+        work.step.joint_step[j] *= alpha
 
 
 @kernel
 def _finger_step(hand, state, finger, work):
     """One finger's part of d_0: solves (J^T J + I) d_q = J^T g_c + g_q - lambda J^T n for d_q, lambda."""
-    count, J, frozen = hand.joint_counts[finger], state.jacobians[finger], work.frozen
-    g, n, H, B = get(work.contact_gradient, finger), get(state.normals, finger), work.matrix, work.columns
+    count, J, frozen = hand.joint_counts[finger], state.jacobians[finger], work.solver.frozen
+    g, n = get(work.step.contact_gradient, finger), get(state.normals, finger)
+    H, B = work.solver.matrix, work.solver.columns
     for i in range(count):
         frozen[i] = False
     for _ in range(count + 1):
@@ -110,7 +112,7 @@ def _finger_step(hand, state, finger, work):
             B[i, 0], B[i, 1] = 0.0, 0.0
             if not frozen[i]:
                 B[i, 0] = J[0, i] * g[0] + J[1, i] * g[1] + J[2, i] * g[2]
-                B[i, 0] += work.joint_gradient[hand.joint_indices[finger, i]]
+                B[i, 0] += work.step.joint_gradient[hand.joint_indices[finger, i]]
                 B[i, 1] = J[0, i] * n[0] + J[1, i] * n[1] + J[2, i] * n[2]
         solve_positive_definite(H, B, count)
         along, across = 0.0, 0.0  # n^T J of both solutions
@@ -123,15 +125,15 @@ def _finger_step(hand, state, finger, work):
         changed = False
         for i in range(count):
             j = hand.joint_indices[finger, i]
-            work.joint_step[j] = B[i, 0] - multiplier * B[i, 1]
-            if not frozen[i] and at_limit(hand, state.joints, j, work.joint_step[j]):
+            work.step.joint_step[j] = B[i, 0] - multiplier * B[i, 1]
+            if not frozen[i] and at_limit(hand, state.joints, j, work.step.joint_step[j]):
                 frozen[i], changed = True, True
         if not changed:
             break
     for k in range(3):
-        work.contact_step[finger, k] = 0.0
+        work.step.contact_step[finger, k] = 0.0
         for i in range(count):
-            work.contact_step[finger, k] += J[k, i] * work.joint_step[hand.joint_indices[finger, i]]
+            work.step.contact_step[finger, k] += J[k, i] * work.step.joint_step[hand.joint_indices[finger, i]]
 
 
 @kernel
@@ -141,27 +143,27 @@ def _project(problem, state, fraction, candidate, work):
     gain = settings.cpo_gain * settings.time_step
     candidate.palm_rotation[:], candidate.palm_position[:] = state.palm_rotation, state.palm_position
     for finger in range(hand.finger_count):
-        reached = add(get(state.contacts, finger), scale(fraction, get(work.contact_step, finger)))
+        reached = add(get(state.contacts, finger), scale(fraction, get(work.step.contact_step, finger)))
         sample, reference, normal = closest(problem.surface, reached, state.samples[finger])
         candidate.samples[finger] = sample
         target = add(reference, scale(hand.pad_radii[finger], normal))
         displacement = scale(gain, subtract(target, get(state.pads, finger)))
-        track(hand, state, finger, displacement, work, candidate.joints)
+        track(hand, state, finger, displacement, work.solver, candidate.joints)
     move_fingers(hand, candidate)
     attach_contacts(problem.surface, hand, candidate)
     evaluate(hand, settings, candidate)
 
 
 @kernel
-def _search_line(problem, states, work):
+def _search_line(problem, states, work, times):
     """F_ls = 1: the best of the full step, already in ``states[1]``, and its halvings."""
     fraction = 1.0
     if problem.settings.potentials:
-        measure_collision(problem, states[1], work, CPO)
+        measure_collision(problem, states[1], work, times)
     for _ in range(LINE_SEARCH_HALVINGS):
         fraction *= 0.5
         _project(problem, states[0], fraction, states[2], work)
         if problem.settings.potentials:
-            measure_collision(problem, states[2], work, CPO)
+            measure_collision(problem, states[2], work, times)
         if states[2].merit > states[1].merit:
             states[1] = states[2]

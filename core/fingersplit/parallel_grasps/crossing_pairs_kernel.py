@@ -7,7 +7,7 @@ import numpy as np
 from fingersplit.compilation import kernel
 from fingersplit.objects.grid import cell_range, nearest
 from fingersplit.objects.triangle_grid import cast, face_normal
-from fingersplit.vectors import add, cross, dot, get, norm, put, scale, subtract
+from fingersplit.vectors_kernel import add, cross, dot, get, norm, put, scale, subtract
 
 __all__ = ["across", "crossing_pairs"]
 
@@ -17,7 +17,7 @@ UNSEEN = 2.0
 """Spacings from the nearest sample beyond which a point is on a side of a cloud that was not seen."""
 FACING_AWAY = -0.5
 """Cosine below which a neighbour's normal belongs to another side of the object."""
-MIN_EVENNESS = 0.85
+MIN_NORMAL_CONSISTENCY = 0.85
 """Mean cosine between the normals about a contact and its own below which it lies next to an edge."""
 
 
@@ -43,7 +43,7 @@ def crossing_pairs(triangles, surface, draws, least_cosine, narrowest, widest):
     """
     count, samples, found = len(draws), len(surface.normals), 0
     room = CROSSINGS * count
-    first, second, seats = np.empty((room, 3)), np.empty((room, 3)), np.empty(room)
+    first, second, contact_scores = np.empty((room, 3)), np.empty((room, 3)), np.empty(room)
     distances, faces = np.empty(CROSSINGS), np.empty(CROSSINGS, np.int64)
     for ray in range(count):
         # Samples stand in the order of their cells: even steps through them are even steps over the surface.
@@ -53,7 +53,7 @@ def crossing_pairs(triangles, surface, draws, least_cosine, narrowest, widest):
         flat = -dot(_triangle_normal(surface.triangles[i]), direction)
         if flat < least_cosine:
             continue
-        near, even, judged = min(flat, dot(inward, direction)), 1.0, False
+        near, consistency, judged = min(flat, dot(inward, direction)), 1.0, False
         crossings = cast(triangles, origin, direction, widest, distances, faces)
         for k in range(crossings):
             flat = dot(face_normal(triangles, faces[k]), direction)
@@ -64,15 +64,16 @@ def crossing_pairs(triangles, surface, draws, least_cosine, narrowest, widest):
             seen = norm(subtract(end, get(surface.grid.points, j))) <= UNSEEN * surface.spacing
             smooth = dot(get(surface.normals, j), direction) if seen else flat
             if not judged:
-                even, judged = _evenness(surface, i), True
-            even_end = _evenness(surface, j) if seen else 1.0
+                consistency, judged = _normal_consistency(surface, i), True
+            end_consistency = _normal_consistency(surface, j) if seen else 1.0
             if smooth >= least_cosine:
                 put(first, found, origin)
                 put(second, found, end)
-                seat = min(near, flat, smooth, even, even_end)
-                seats[found] = seat if min(even, even_end) >= MIN_EVENNESS else seat - 1.0
+                score = min(near, flat, smooth, consistency, end_consistency)
+                beside_edge = min(consistency, end_consistency) < MIN_NORMAL_CONSISTENCY
+                contact_scores[found] = score - 1.0 if beside_edge else score
                 found += 1
-    return first[:found], second[:found], seats[:found]
+    return first[:found], second[:found], contact_scores[:found]
 
 
 @kernel
@@ -106,7 +107,7 @@ def _triangle_normal(corners):
 
 
 @kernel
-def _evenness(surface, i):
+def _normal_consistency(surface, i):
     """Mean cosine between the normals about sample ``i`` and its own; the far side of a thin plate is left out."""
     grid, total, count = surface.grid, 0.0, 0
     point, normal = get(grid.points, i), get(surface.normals, i)

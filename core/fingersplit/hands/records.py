@@ -1,0 +1,75 @@
+"""A hand and a posed hand as one record each.
+
+Kernels pass a record as a single pointer, where a tuple of arrays would cost a copy and a reference count for every
+array at every call. All have the room of ``hands.limits``.
+"""
+
+import numpy as np
+
+from fingersplit.hands.limits import MAX_CHAIN_JOINTS, MAX_FINGERS, MAX_JOINTS, MAX_SHAPES, MAX_SPHERES
+
+__all__ = ["HAND", "POSE", "POSE_FIELDS"]
+
+HAND = np.dtype(
+    [
+        ("finger_count", np.int64),
+        ("joint_count", np.int64),
+        ("shape_count", np.int64),
+        ("sphere_count", np.int64),
+        ("joint_counts", np.int64, MAX_FINGERS),
+        ("joint_indices", np.int64, (MAX_FINGERS, MAX_CHAIN_JOINTS)),
+        ("rotations", np.float64, (MAX_FINGERS, MAX_CHAIN_JOINTS, 3, 3)),
+        ("positions", np.float64, (MAX_FINGERS, MAX_CHAIN_JOINTS, 3)),
+        ("pad_positions", np.float64, (MAX_FINGERS, 3)),
+        ("pad_normals", np.float64, (MAX_FINGERS, 3)),
+        ("pad_radii", np.float64, MAX_FINGERS),
+        ("lower", np.float64, MAX_JOINTS),
+        ("upper", np.float64, MAX_JOINTS),
+        ("shape_kinds", np.int64, MAX_SHAPES),
+        ("shape_fingers", np.int64, MAX_SHAPES),
+        ("shape_links", np.int64, MAX_SHAPES),
+        ("shape_rotations", np.float64, (MAX_SHAPES, 3, 3)),
+        ("shape_positions", np.float64, (MAX_SHAPES, 3)),
+        ("shape_sizes", np.float64, (MAX_SHAPES, 3)),
+        ("shape_radii", np.float64, MAX_SHAPES),
+        ("sphere_starts", np.int64, MAX_SHAPES + 1),
+        ("sphere_shapes", np.int64, MAX_SPHERES),
+        ("sphere_centers", np.float64, (MAX_SPHERES, 3)),
+        ("sphere_radii", np.float64, MAX_SPHERES),
+        ("sphere_insides", np.float64, MAX_SPHERES),
+    ],
+    align=True,
+)
+"""A hand as data: F fingers, N joints, K collision shapes, M spheres; frames follow the links from the palm outwards.
+
+- ``joint_counts`` (F,), ``joint_indices`` (F, MAX_CHAIN_JOINTS): joints of each finger, and their places in the joint
+  vector.
+- ``rotations``, ``positions`` [m]: ``previous_from_joint`` at zero angle; a joint frame turns about its own z axis.
+- ``pad_positions`` [m], ``pad_normals``, ``pad_radii`` [m]: spherical pad in the last link's frame, normal out of it.
+- ``lower``, ``upper`` (N,): joint limits [rad].
+- ``shape_kinds`` (see ``hands.shapes``), ``shape_fingers`` (-1 for the palm), ``shape_links`` (joint of that finger
+  whose link carries the shape), ``link_from_shape`` as ``shape_rotations`` and ``shape_positions`` [m],
+  ``shape_sizes`` [m]: half sizes as in MJCF, and ``shape_radii`` [m] about the centre.
+- ``sphere_shapes``, ``sphere_centers`` [m] in the link frame, ``sphere_radii`` [m]: spheres that together enclose every
+  shape, those of shape k from ``sphere_starts[k]`` to the next one's; with the radii ``sphere_insides`` [m] they lie
+  inside it.
+"""
+
+POSE_FIELDS = [
+    ("palm_rotation", np.float64, (3, 3)),
+    ("palm_position", np.float64, 3),
+    ("joints", np.float64, MAX_JOINTS),
+    ("link_rotations", np.float64, (MAX_FINGERS, MAX_CHAIN_JOINTS, 3, 3)),
+    ("link_positions", np.float64, (MAX_FINGERS, MAX_CHAIN_JOINTS, 3)),
+    ("pads", np.float64, (MAX_FINGERS, 3)),
+    ("pad_normals", np.float64, (MAX_FINGERS, 3)),
+    ("jacobians", np.float64, (MAX_FINGERS, 3, MAX_CHAIN_JOINTS)),
+]
+"""Where a hand stands in some frame (here the object's).
+
+``object_from_palm`` and ``joints`` [rad] are the input of ``move_fingers``; its output are ``object_from_link``, the
+pad centres [m], the unit vectors out of the pads, and the pad centres by the finger's own joints, ``J_q2c,i`` of
+[Fan2018] eq. (3b) [m/rad].
+"""
+
+POSE = np.dtype(POSE_FIELDS, align=True)

@@ -1,0 +1,53 @@
+"""The kernels behind ``points_in_collision`` and ``reference_points``."""
+
+import numpy as np
+
+from fingersplit.compilation import kernel
+from fingersplit.hands.kinematics_kernel import place_on_link, place_shape
+from fingersplit.hands.shapes_kernel import shape_distance
+from fingersplit.objects.grid import cell_range
+from fingersplit.objects.signed_distance import least_distance
+from fingersplit.objects.surface import closest
+from fingersplit.recording.posing_kernel import move_hand
+from fingersplit.vectors_kernel import get, put, rotate_back, subtract
+
+__all__ = ["mark_points_in_collision", "nearest_points"]
+
+
+@kernel
+def mark_points_in_collision(hand, pose, joints, palm_rotations, palm_positions, grid, distance, inside):
+    """Only points in the spheres that cover a shape are looked at, as in ``splitting.collision``."""
+    rotation = np.empty((3, 3))
+    for row in range(len(joints)):
+        move_hand(hand, pose, joints[row], palm_rotations[row], palm_positions[row])
+        for shape in range(hand.shape_count):
+            center = place_on_link(hand, pose, shape, get(hand.shape_positions, shape))
+            if least_distance(distance, center) < hand.shape_radii[shape]:
+                place_shape(hand, pose, shape, rotation)
+                for sphere in range(hand.sphere_starts[shape], hand.sphere_starts[shape + 1]):
+                    middle = place_on_link(hand, pose, shape, get(hand.sphere_centers, sphere))
+                    ball = middle, hand.sphere_radii[sphere]
+                    if least_distance(distance, middle) < ball[1]:
+                        kind, size = hand.shape_kinds[shape], hand.shape_sizes[shape]
+                        _mark_in_shape(kind, size, rotation, center, grid, ball, inside[row])
+
+
+@kernel
+def _mark_in_shape(kind, size, rotation, center, grid, ball, inside):
+    """Mark the points in a shape, of the cells that a ball (centre, radius [m]) meets."""
+    low, high = cell_range(grid, ball[0], ball[1])
+    for x in range(low[0], high[0]):
+        for y in range(low[1], high[1]):
+            row = (x * grid.shape[1] + y) * grid.shape[2]
+            for i in range(grid.starts[row + low[2]], grid.starts[row + high[2]]):
+                if not inside[i]:
+                    local = rotate_back(rotation, subtract(get(grid.points, i), center))
+                    inside[i] = shape_distance(kind, size, local[0], local[1], local[2]) < 0.0
+
+
+@kernel
+def nearest_points(surface, points, found):
+    """The surface point nearest to each of ``points`` (n, 3) [m] into ``found``."""
+    for i in range(len(points)):
+        _, point, _ = closest(surface, get(points, i), -1)
+        put(found, i, point)
