@@ -11,6 +11,7 @@ __all__ = [
     "MissingExtraError",
     "ParallelGraspError",
     "ResultError",
+    "SceneError",
     "SettingsError",
     "UnknownHandError",
     "ViewerError",
@@ -83,6 +84,28 @@ class ExchangeError(FingersplitError):
 
 class ResultError(FingersplitError):
     """A stored result that is none, or that does not come out again."""
+
+
+class SceneError(FingersplitError):
+    """A scene, approach or other constraint that cannot be used.
+
+    Attributes:
+        field: The entry that is wrong, such as ``scene.obstacles[2].primitive.dimensions``.
+        problem: What is wrong with it, and what would be right.
+    """
+
+    def __init__(self, field: str, problem: str) -> None:
+        super().__init__(f"{field or 'The document'}{' ' if problem[:1].islower() else ': '}{problem}")
+        self.field, self.problem = field, problem
+
+    def __reduce__(self) -> tuple[type["SceneError"], tuple[str, str]]:
+        """Survive the way back from a worker process with both arguments."""
+        return type(self), (self.field, self.problem)
+
+    def inside(self, outer: str) -> "SceneError":
+        """The same error as seen from the document around, where the entry or list item is ``outer``."""
+        joint = "." if self.field and not self.field.startswith("[") else ""
+        return SceneError(f"{outer}{joint}{self.field}", self.problem)
 
 
 class ViewerError(FingersplitError):

@@ -1,0 +1,40 @@
+"""All that a request may say beside the object and the hand: scene, approach, contact regions, task, end effector."""
+
+from dataclasses import dataclass
+
+from fingersplit.errors import SceneError
+from fingersplit.scene.approach import Approach
+from fingersplit.scene.contact_regions import ContactRegions
+from fingersplit.scene.end_effector import EndEffector
+from fingersplit.scene.entries import Document, Record, entry
+from fingersplit.scene.task import Task
+from fingersplit.scene.world import Scene
+
+__all__ = ["Constraints"]
+
+
+@dataclass(frozen=True)
+class Constraints(Document):
+    """What a grasp must keep to; with nothing given, only that a straight approach past the object is free."""
+
+    scene: Scene = entry(Record(Scene), "The world around the object.", Scene())
+    approach: Approach = entry(Record(Approach), "The way in and out.", Approach())
+    contact_regions: ContactRegions = entry(
+        Record(ContactRegions), "Where the fingers may touch the object.", ContactRegions()
+    )
+    task: Task = entry(Record(Task), "The loads to carry.", Task())
+    end_effector: EndEffector = entry(Record(EndEffector), "What the hand is mounted on.", EndEffector())
+
+    def check(self) -> None:
+        """Every frame that is named is known."""
+        known = tuple(dict.fromkeys(("world", self.scene.frame, "object")))  # "world" always means the scene's frame
+        for number, cone in enumerate(self.approach.directions or ()):
+            _check_frame(f"approach.directions[{number}].frame", cone.frame, known)
+        _check_frame("approach.retreat.frame", self.approach.retreat.frame, (*known, "palm"))
+        for number, wrench in enumerate(self.task.wrenches):
+            _check_frame(f"task.wrenches[{number}].frame", wrench.frame, known)
+
+
+def _check_frame(field: str, name: str, known: tuple[str, ...]) -> None:
+    if name not in known:
+        raise SceneError(field, f"{name!r} is no known frame; known: {', '.join(known)}.")

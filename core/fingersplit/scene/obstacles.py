@@ -1,0 +1,81 @@
+"""Obstacles as compiled code reads them, and what it finds of them: one record or tuple each."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingersplit.hands.limits import MAX_SHAPES
+from fingersplit.objects.grid import PointGrid
+from fingersplit.scene.convex_kernel import GJK_ROWS
+
+__all__ = ["HALF_SPACE", "NEAR", "PRIMITIVE", "SLACKS", "SceneArrays", "new_slacks"]
+
+HALF_SPACE = 0
+"""Kind of an endless plane, whose third axis points out of what is occupied; the number of mujoco.mjtGeom."""
+
+NEAR = 2.5e-3
+"""[m]; a link with more slack has no obstacle to speak of."""
+
+PRIMITIVE = np.dtype(
+    [
+        ("kind", np.int64),
+        ("obstacle", np.int64),
+        ("size", np.float64, 3),
+        ("rotation", np.float64, (3, 3)),
+        ("position", np.float64, 3),
+        ("clearance", np.float64),
+        ("pad_clearance", np.float64),
+    ],
+    align=True,
+)
+"""A primitive obstacle in the object frame: kind, number of its name, half sizes [m], pose, and the clearance [m] of
+links, and of those that carry a pad."""
+
+SLACKS = np.dtype(
+    [
+        ("slacks", np.float64, MAX_SHAPES),
+        ("points", np.float64, (MAX_SHAPES, 3)),
+        ("normals", np.float64, (MAX_SHAPES, 3)),
+        ("obstacles", np.int64, MAX_SHAPES),
+        ("least", np.float64),
+        ("rows", np.float64, (GJK_ROWS, 3)),
+        ("rotation", np.float64, (3, 3)),
+    ],
+    align=True,
+)
+"""What ``measure_slacks`` finds for every collision shape: ``slacks`` [m] (infinite when far), the obstacles'
+``points`` [m] that they are measured to, unit ``normals`` from the shape towards them, the ``obstacles``' numbers; the
+``least`` slack of all; and scratch."""
+
+
+class SceneArrays(NamedTuple):
+    """Obstacles in the object frame.
+
+    Attributes:
+        primitives: ``PRIMITIVE`` records (n,).
+        points: Points of meshes and clouds (n, 3) [m].
+        owners: Number of each point's obstacle, (n,) int32.
+        inflations: Radius of each point and the clearance of links from it, (n,) [m].
+        bounds: Distances [m] that all points are certainly away from the middle of each cell, (nx, ny, nz) float32.
+        origin: Lowest corner of the first of these cells [m].
+        cell: Edge of these cells [m].
+        inflation: The largest of ``inflations`` [m].
+        hand_reach: Farthest that any point of the hand may be from the palm's origin [m].
+    """
+
+    primitives: np.recarray
+    points: PointGrid
+    owners: NDArray[np.int32]
+    inflations: NDArray[np.float64]
+    bounds: NDArray[np.float32]
+    origin: tuple[float, float, float]
+    cell: float
+    inflation: float
+    hand_reach: float
+
+
+def new_slacks() -> np.record:
+    """A ``SLACKS`` record."""
+    slacks: np.record = np.rec.array(np.zeros(1, SLACKS))[0]
+    return slacks

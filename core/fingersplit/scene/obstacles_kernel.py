@@ -1,0 +1,199 @@
+"""How near the hand is to what stands around the object: slack of every link, and where it is least.
+
+Slack is the distance to an obstacle less the clearance it must have, so what is negative violates. Primitives and
+planes are met exactly; meshes and clouds as their points, culled by a coarse grid of lower bounds.
+"""
+
+import math
+
+from fingersplit.compilation import kernel
+from fingersplit.hands.kinematics_kernel import place_on_link, place_shape
+from fingersplit.hands.shapes_kernel import shape_distance, shape_distance_gradient
+from fingersplit.objects.grid import cell_range, column_in_ball
+from fingersplit.scene.convex_kernel import core_extent, shape_to_shape
+from fingersplit.scene.obstacles import HALF_SPACE
+from fingersplit.vectors_kernel import add, dot, get, norm, put, rotate, rotate_back, scale, subtract, vector
+
+__all__ = ["measure_slacks", "rough_violation"]
+
+
+@kernel
+def measure_slacks(scene, hand, pose, found, near):
+    """Slack of every collision shape from all obstacles into ``found``.
+
+    Args:
+        scene: ``SceneArrays``.
+        hand: ``HAND`` record.
+        pose: ``POSE`` or ``STATE`` record that is up to date.
+        found: ``SLACKS`` record.
+        near: Slacks above this [m] are left infinite.
+
+    Returns:
+        The least slack [m], infinite when nothing is near.
+    """
+    for shape in range(hand.shape_count):
+        found.slacks[shape] = math.inf
+        found.obstacles[shape] = -1
+    found.least = math.inf
+    _meet_primitives(scene, hand, pose, found, near)
+    if len(scene.owners) > 0:
+        _meet_points(scene, hand, pose, found, near)
+    return found.least
+
+
+@kernel
+def _meet_primitives(scene, hand, pose, found, near):
+    palm = vector(pose.palm_position)
+    for p in range(len(scene.primitives)):
+        primitive = scene.primitives[p]
+        largest = max(primitive.clearance, primitive.pad_clearance)
+        if _distance(primitive, palm) > scene.hand_reach + largest + near:
+            continue
+        for shape in range(hand.shape_count):
+            center = place_on_link(hand, pose, shape, get(hand.shape_positions, shape))
+            clearance = primitive.pad_clearance if _carries_pad(hand, shape) else primitive.clearance
+            limit = min(near, found.slacks[shape])
+            if _distance(primitive, center) - hand.shape_radii[shape] - clearance >= limit:
+                continue
+            distance, point, away = _meet(primitive, hand, pose, shape, center, limit + clearance, found)
+            if distance - clearance < limit:
+                _note(found, shape, distance - clearance, point, away, primitive.obstacle)
+
+
+@kernel
+def _distance(primitive, point):
+    """Signed distance [m] of a point from a primitive."""
+    local = rotate_back(primitive.rotation, subtract(point, vector(primitive.position)))
+    if primitive.kind == HALF_SPACE:
+        return local[2]
+    return shape_distance(primitive.kind, primitive.size, local[0], local[1], local[2])
+
+
+@kernel
+def _meet(primitive, hand, pose, shape, center, reach, found):
+    """Distance of a shape from a primitive, the primitive's nearest point and the direction to it."""
+    place_shape(hand, pose, shape, found.rotation)
+    kind, size = hand.shape_kinds[shape], hand.shape_sizes[shape]
+    if primitive.kind == HALF_SPACE:
+        R = primitive.rotation
+        away = (-R[0, 2], -R[1, 2], -R[2, 2])
+        height = -dot(away, subtract(center, vector(primitive.position)))
+        point = add(center, scale(height, away))
+        return height - core_extent(kind, size, found.rotation, away), point, away
+    return shape_to_shape(
+        kind,
+        size,
+        found.rotation,
+        center,
+        primitive.kind,
+        primitive.size,
+        primitive.rotation,
+        vector(primitive.position),
+        reach,
+        found.rows,
+    )
+
+
+@kernel
+def _meet_points(scene, hand, pose, found, near):
+    if _least_bound(scene, vector(pose.palm_position)) > scene.hand_reach + scene.inflation + near:
+        return
+    for shape in range(hand.shape_count):
+        center = place_on_link(hand, pose, shape, get(hand.shape_positions, shape))
+        limit = min(near, found.slacks[shape])
+        if _least_bound(scene, center) - hand.shape_radii[shape] - scene.inflation >= limit:
+            continue
+        place_shape(hand, pose, shape, found.rotation)
+        best, index = limit, -1
+        for sphere in range(hand.sphere_starts[shape], hand.sphere_starts[shape + 1]):
+            middle = place_on_link(hand, pose, shape, get(hand.sphere_centers, sphere))
+            radius = hand.sphere_radii[sphere] + scene.inflation + max(best, 0.0)
+            if _least_bound(scene, middle) < radius:
+                best, index = _search_ball(scene, hand, shape, found.rotation, center, middle, radius, best, index)
+        if index >= 0:
+            point = get(scene.points.points, index)
+            local = rotate_back(found.rotation, subtract(point, center))
+            away = shape_distance_gradient(hand.shape_kinds[shape], hand.shape_sizes[shape], local)
+            _note(found, shape, best, point, rotate(found.rotation, away), scene.owners[index])
+
+
+@kernel
+def _search_ball(scene, hand, shape, rotation, center, middle, radius, best, index):
+    """The point in a ball with the least slack to a shape, unless ``index`` has less."""
+    grid, kind, size = scene.points, hand.shape_kinds[shape], hand.shape_sizes[shape]
+    low, high = cell_range(grid, middle, radius)
+    for x in range(low[0], high[0]):
+        for y in range(low[1], high[1]):
+            first, last = column_in_ball(grid, x, y, middle, radius)
+            for i in range(first, last):
+                offset = subtract(get(grid.points, i), middle)
+                if dot(offset, offset) < radius * radius:
+                    local = rotate_back(rotation, subtract(get(grid.points, i), center))
+                    slack = shape_distance(kind, size, local[0], local[1], local[2]) - scene.inflations[i]
+                    if slack < best:
+                        best, index = slack, i
+    return best, index
+
+
+@kernel
+def _note(found, shape, slack, point, away, obstacle):
+    found.slacks[shape] = slack
+    found.obstacles[shape] = obstacle
+    put(found.points, shape, point)
+    put(found.normals, shape, away)
+    found.least = min(found.least, slack)
+
+
+@kernel
+def _carries_pad(hand, shape):
+    finger = hand.shape_fingers[shape]
+    return finger >= 0 and hand.shape_links[shape] == hand.joint_counts[finger] - 1
+
+
+@kernel
+def _least_bound(scene, point):
+    """A distance [m] that all points are certainly away from ``point``."""
+    nx, ny, nz = scene.bounds.shape
+    fx = (point[0] - scene.origin[0]) / scene.cell
+    fy = (point[1] - scene.origin[1]) / scene.cell
+    fz = (point[2] - scene.origin[2]) / scene.cell
+    # Zero stands first so that a NaN becomes 0, too, instead of an index outside the array.
+    x, y, z = min(max(0.0, fx), nx - 1.0), min(max(0.0, fy), ny - 1.0), min(max(0.0, fz), nz - 1.0)
+    beyond = max(fx - nx, -fx, fy - ny, -fy, fz - nz, -fz, 0.0) * scene.cell
+    return max(scene.bounds[int(x), int(y), int(z)], beyond) if beyond > 0.0 else scene.bounds[int(x), int(y), int(z)]
+
+
+@kernel
+def rough_violation(scene, hand, pose):
+    """About how much clearance the hand lacks [m], from spheres inside its links: cheap, and right to a few mm."""
+    deepest, palm = 0.0, vector(pose.palm_position)
+    for p in range(len(scene.primitives)):
+        primitive = scene.primitives[p]
+        if _distance(primitive, palm) > scene.hand_reach + primitive.clearance:
+            continue
+        for sphere in range(hand.sphere_count):
+            middle = place_on_link(hand, pose, hand.sphere_shapes[sphere], get(hand.sphere_centers, sphere))
+            pad = _carries_pad(hand, hand.sphere_shapes[sphere])
+            clearance = primitive.pad_clearance if pad else primitive.clearance
+            deepest = max(deepest, hand.sphere_insides[sphere] + clearance - _distance(primitive, middle))
+    if len(scene.owners) > 0:
+        for sphere in range(hand.sphere_count):
+            middle = place_on_link(hand, pose, hand.sphere_shapes[sphere], get(hand.sphere_centers, sphere))
+            bound = _least_bound(scene, middle)
+            if bound < hand.sphere_insides[sphere] + scene.inflation:
+                deepest = max(deepest, _deepest_point(scene, middle, hand.sphere_insides[sphere]))
+    return deepest
+
+
+@kernel
+def _deepest_point(scene, middle, inside):
+    """How deep the deepest point lies in a ball [m], the points' inflations included; 0 when none does."""
+    grid, deepest, radius = scene.points, 0.0, inside + scene.inflation
+    low, high = cell_range(grid, middle, radius)
+    for x in range(low[0], high[0]):
+        for y in range(low[1], high[1]):
+            first, last = column_in_ball(grid, x, y, middle, radius)
+            for i in range(first, last):
+                away = norm(subtract(get(grid.points, i), middle))
+                deepest = max(deepest, inside + scene.inflations[i] - away)
+    return deepest

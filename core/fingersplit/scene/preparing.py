@@ -1,0 +1,254 @@
+"""A scene made ready for one object and one hand: everything within reach, in the object's frame.
+
+Obstacles stand still while a job runs, so this is done once. What the hand can never reach is left out.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import distance_transform_edt
+
+from fingersplit.errors import SceneError
+from fingersplit.hands.hand import Hand
+from fingersplit.hands.shapes_kernel import BOX, shape_distance
+from fingersplit.objects.grid import build_grid
+from fingersplit.objects.model import ObjectModel
+from fingersplit.scene.constraints import Constraints
+from fingersplit.scene.obstacles import HALF_SPACE, PRIMITIVE, SceneArrays
+from fingersplit.scene.shapes import Pose
+from fingersplit.scene.stable_pose import likeliest_pose
+from fingersplit.scene.world import Obstacle, SupportSurface
+from fingersplit.transforms import transform_points
+
+__all__ = ["ObstacleMesh", "PreparedScene", "hand_reach", "prepare_scene"]
+
+BELOW_SUPPORT = 2.0
+"""[m]; what lies below a support of limited size counts as occupied down to here."""
+CELL, BOUNDS_CELL, MAX_CELLS = 0.01, 0.015, 400_000
+"""[m]; edges of the cells that sort points and of those that bound their distance, and how many of these may be."""
+MARGIN = 0.02
+"""[m]; obstacles are kept that much beyond the hand's reach."""
+
+
+@dataclass(frozen=True, eq=False)
+class ObstacleMesh:
+    """A mesh among the obstacles, for the exact final check.
+
+    Attributes:
+        obstacle: Its number.
+        obstacle_from_object: Pose of the object in the mesh's frame, (4, 4).
+        model: The mesh, prepared.
+        clearance: Of all links from it [m].
+    """
+
+    obstacle: int
+    obstacle_from_object: NDArray[np.float64]
+    model: ObjectModel
+    clearance: float
+
+
+@dataclass(frozen=True, eq=False)
+class PreparedScene:
+    """What the search needs to know of a request's scene.
+
+    Attributes:
+        constraints: The request; its scene has an object pose if a support gives it one.
+        world_from_object: Pose of the object in the scene, (4, 4).
+        stable_pose_share: How likely the object rests as it was placed, 0..1; None when its pose was given.
+        names: Names of supports, then of obstacles, by number.
+        arrays: Obstacles within reach for kernels; None when there are none.
+        meshes: Those of them that are meshes.
+        warnings: What a caller may not expect of the scene.
+    """
+
+    constraints: Constraints
+    world_from_object: NDArray[np.float64]
+    stable_pose_share: float | None
+    names: tuple[str, ...]
+    arrays: SceneArrays | None
+    meshes: tuple[ObstacleMesh, ...]
+    warnings: tuple[str, ...]
+
+    @property
+    def object_from_world(self) -> NDArray[np.float64]:
+        """Pose of the scene's frame in the object frame, (4, 4)."""
+        return np.asarray(np.linalg.inv(self.world_from_object))
+
+
+def prepare_scene(constraints: Constraints, model: ObjectModel, hand: Hand) -> PreparedScene:
+    """Place the object and gather the obstacles within the hand's reach of it.
+
+    Args:
+        constraints: The request; obstacles that name an object have its model.
+        model: The object to grasp.
+        hand: The hand, attached bodies included.
+
+    Raises:
+        SceneError: An obstacle names an object whose model is not there.
+    """
+    scene, share = constraints.scene, None
+    if scene.object_pose is None and scene.support_surfaces:
+        resting, share = likeliest_pose(model)
+        pose = scene.support_surfaces[0].scene_from_surface @ resting
+        scene = replace(scene, object_pose=Pose.from_matrix(pose))
+        constraints = replace(constraints, scene=scene)
+    world_from_object = scene.world_from_object
+    gatherer = _Gatherer(constraints, model, hand, np.asarray(np.linalg.inv(world_from_object)))
+    for surface in scene.support_surfaces:
+        gatherer.add_support(surface)
+    for number, obstacle in enumerate(scene.obstacles):
+        gatherer.add_obstacle(number, obstacle)
+    names = [surface.id for surface in scene.support_surfaces] + [obstacle.id for obstacle in scene.obstacles]
+    return PreparedScene(
+        constraints,
+        world_from_object,
+        share,
+        tuple(names),
+        gatherer.arrays(),
+        tuple(gatherer.meshes),
+        tuple(gatherer.warnings),
+    )
+
+
+def hand_reach(hand: Hand) -> float:
+    """Farthest that any point of the hand can be from the palm's origin [m], whatever the joints."""
+    arrays, reach = hand.arrays, 0.0
+    for shape in range(arrays.shape_count):
+        finger, link = int(arrays.shape_fingers[shape]), int(arrays.shape_links[shape])
+        chain = 0.0 if finger < 0 else float(np.linalg.norm(arrays.positions[finger, : link + 1], axis=1).sum())
+        own = float(np.linalg.norm(arrays.shape_positions[shape]) + arrays.shape_radii[shape])
+        reach = max(reach, chain + own)
+    return reach
+
+
+class _Gatherer:
+    """Collects what stands within reach."""
+
+    def __init__(
+        self, constraints: Constraints, model: ObjectModel, hand: Hand, object_from_world: NDArray[np.float64]
+    ) -> None:
+        scene, approach = constraints.scene, constraints.approach
+        self._clearance, self._object_from_world, self._model = scene.clearance, object_from_world, model
+        self._supports = len(scene.support_surfaces)
+        self._hand_reach = hand_reach(hand)
+        self._center = model.mesh.bounds.mean(axis=0)
+        way = max(approach.desired_distance, approach.retreat.desired_distance)
+        half = float(np.linalg.norm(model.mesh.extents)) / 2
+        self._reach = half + 2.0 * self._hand_reach + way + MARGIN
+        self._primitives: list[tuple[int, int, NDArray[np.float64], NDArray[np.float64], float]] = []
+        self._points: list[NDArray[np.float64]] = []
+        self._owners: list[NDArray[np.int32]] = []
+        self._inflations: list[NDArray[np.float64]] = []
+        self.meshes: list[ObstacleMesh] = []
+        self.warnings: list[str] = []
+
+    def add_support(self, surface: SupportSurface) -> None:
+        """A plane, or a deep box under a plane of limited size."""
+        number = len(self._primitives)
+        pose = self._object_from_world @ surface.scene_from_surface
+        pad_clearance = 0.0 if surface.allow_finger_contact else self._clearance
+        heights = (self._model.mesh.vertices - pose[:3, 3]) @ pose[:3, 2]
+        if heights.min() < -2e-3:
+            self.warnings.append(
+                f"The object reaches {-1e3 * heights.min():.0f} mm below support surface {surface.id!r}; "
+                f"check scene.object_pose."
+            )
+        if surface.extents is None:
+            self._primitives.append((HALF_SPACE, number, np.zeros(3), pose, pad_clearance))
+            return
+        half = np.array([*surface.extents, BELOW_SUPPORT]) / 2
+        pose[:3, 3] -= half[2] * pose[:3, 2]
+        self._primitives.append((BOX, number, half, pose, pad_clearance))
+
+    def add_obstacle(self, index: int, obstacle: Obstacle) -> None:
+        """A primitive, a mesh or a cloud; left out when it is out of reach."""
+        number, pose = self._supports + index, self._object_from_world @ obstacle.pose.matrix
+        if obstacle.primitive is not None:
+            kind, size = obstacle.primitive.kind, obstacle.primitive.half_sizes
+            local = (self._center - pose[:3, 3]) @ pose[:3, :3]
+            if shape_distance(kind, size, *local.tolist()) <= self._reach:
+                self._primitives.append((kind, number, size, pose, self._clearance))
+        elif obstacle.points is not None:
+            self._add_points(number, transform_points(pose, obstacle.points), obstacle.point_radius)
+        elif obstacle.model is None:
+            raise SceneError(
+                f"scene.obstacles[{index}].object_id", f"{obstacle.object_id!r} names an object that was not loaded."
+            )
+        else:
+            self._add_model(obstacle, number, pose, obstacle.model)
+
+    def _add_model(self, obstacle: Obstacle, number: int, pose: NDArray[np.float64], model: ObjectModel) -> None:
+        points = model.surface.grid.points if model.seen == 1.0 else model.collision.points
+        if self._add_points(number, transform_points(pose, points), obstacle.point_radius):
+            clearance = self._clearance + obstacle.point_radius
+            self.meshes.append(ObstacleMesh(number, np.asarray(np.linalg.inv(pose)), model, clearance))
+
+    def _add_points(self, number: int, points: NDArray[np.float64], radius: float) -> bool:
+        """Keep the points within reach; whether there are any."""
+        offsets = points - self._center
+        kept = points[np.einsum("ij,ij->i", offsets, offsets) <= (self._reach + radius) ** 2]
+        if not len(kept):
+            return False
+        self._points.append(kept)
+        self._owners.append(np.full(len(kept), number, np.int32))
+        self._inflations.append(np.full(len(kept), radius + self._clearance))
+        return True
+
+    def arrays(self) -> SceneArrays | None:
+        """What was gathered; None when that is nothing."""
+        if not self._primitives and not self._points:
+            return None
+        primitives = np.rec.array(np.zeros(len(self._primitives), PRIMITIVE))
+        for record, (kind, number, size, pose, pad_clearance) in zip(primitives, self._primitives, strict=True):
+            record.kind, record.obstacle, record.size, record.pad_clearance = kind, number, size, pad_clearance
+            record.rotation, record.position, record.clearance = pose[:3, :3], pose[:3, 3], self._clearance
+        if not self._points:
+            empty, order = build_grid(np.zeros((1, 3)), CELL)
+            none = np.zeros(0)
+            return SceneArrays(
+                primitives,
+                empty,
+                order[:0].astype(np.int32),
+                none,
+                np.zeros((1, 1, 1), np.float32),
+                (0.0, 0.0, 0.0),
+                1.0,
+                0.0,
+                self._hand_reach,
+            )
+        points = np.concatenate(self._points)
+        grid, order = build_grid(points, CELL)
+        bounds, origin, cell = _distance_bounds(points, BOUNDS_CELL)
+        inflations = np.concatenate(self._inflations)[order]
+        return SceneArrays(
+            primitives,
+            grid,
+            np.concatenate(self._owners)[order],
+            inflations,
+            bounds,
+            origin,
+            cell,
+            float(inflations.max()),
+            self._hand_reach,
+        )
+
+
+def _distance_bounds(
+    points: NDArray[np.float64], cell: float
+) -> tuple[NDArray[np.float32], tuple[float, float, float], float]:
+    """For every cell of a grid about the points a distance that no point of the cell is nearer to any of them.
+
+    Returns:
+        The distances (nx, ny, nz) [m], the grid's lowest corner [m] and the cells' edge [m].
+    """
+    margin = 0.1
+    low, high = points.min(axis=0) - margin, points.max(axis=0) + margin
+    cell = max(cell, float(np.prod(high - low) / MAX_CELLS) ** (1 / 3))
+    shape = np.ceil((high - low) / cell).astype(np.int64)
+    empty = np.ones(shape, np.bool_)
+    empty[tuple(((points - low) / cell).astype(np.int64).T)] = False
+    # Centres of cells are that far apart; points of them may be nearer by a diagonal.
+    distances = distance_transform_edt(empty, sampling=cell) - np.sqrt(3.0) * cell
+    x, y, z = low.tolist()
+    return np.maximum(distances, 0.0).astype(np.float32), (x, y, z), cell
