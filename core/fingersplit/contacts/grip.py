@@ -12,15 +12,19 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import linprog
+
+from fingersplit.contacts.cones import facet_directions
+from fingersplit.contacts.grasp_matrix import grasp_matrix
+from fingersplit.contacts.linear_program import maximum
 
 __all__ = ["Grip", "GripProblem", "least_grip"]
 
-CONE_EDGES = 8
 TANGENTIAL_COST, VIOLATION_COST, LACK_COST = 1.0, 100.0, 1000.0
 """What a newton along a surface, outside a friction cone and missing in pressing cost in newtons of grip."""
 MIN_VIOLATION = 1e-3
 """Forces that leave their cones by less count as inside [N]."""
+AT_LIMIT = 1e-6
+"""Share of a torque limit that is left when a joint counts as spent."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +72,7 @@ class Grip:
 def least_grip(problem: GripProblem) -> Grip:
     """The grip of least normal and tangential forces; where cones and torques leave none, that of least violation."""
     directions, shares = _pull_directions(problem.contacts), _load_shares(problem)  # (P, F, 3), (L, F, 3)
-    tangents = _tangents(problem.normals)  # (F, E, 3)
+    tangents = facet_directions(problem.normals)  # (F, E, 3)
     pairs, fingers, edges = len(directions), len(problem.contacts), tangents.shape[1]
     limits = problem.torque_limits
     # Unknowns: pulls (P), largest normal force, violation, lack of pressing, tangential force of each finger (F).
@@ -76,9 +80,9 @@ def least_grip(problem: GripProblem) -> Grip:
     tangential = np.einsum("fek,pfk->fep", tangents, directions)
     outside = (tangential - problem.friction * normal[:, None]).reshape(-1, pairs)
     outside_by_load = np.einsum("fek,lfk->lfe", tangents + problem.friction * problem.normals[:, None], shares)
-    torque = np.einsum("fkn,pfk->np", problem.jacobians, directions)
-    torque_of_load = np.abs(np.einsum("fkn,lfk->ln", problem.jacobians, shares)).max(axis=0)
-    room = np.maximum(limits - torque_of_load, 0.1 * limits)
+    torque = np.einsum("fkn,pfk->np", problem.jacobians, directions) / limits[:, None]
+    torque_of_load = np.abs(np.einsum("fkn,lfk->ln", problem.jacobians, shares)).max(axis=0) / limits
+    room = np.maximum(1.0 - torque_of_load, 0.1)
     none, of_finger = np.zeros, np.repeat(np.eye(fingers), edges, axis=0)
 
     def rows(
@@ -88,22 +92,28 @@ def least_grip(problem: GripProblem) -> Grip:
         return np.column_stack([pull, slacks, np.broadcast_to(along, (len(pull), fingers))])
 
     worst_load = outside_by_load.max(axis=0).ravel()
-    solution = linprog(
-        c=np.concatenate([none(pairs), [1.0, VIOLATION_COST, LACK_COST], np.full(fingers, TANGENTIAL_COST)]),
-        A_ub=np.vstack(
-            [
-                rows(outside, violation=-1),
-                rows(tangential.reshape(-1, pairs), along=-of_finger),
-                rows(normal, largest=-1),
-                rows(-normal, lack=-1),
-                rows(np.vstack([torque, -torque])),
-            ]
-        ),
-        b_ub=np.concatenate([-worst_load, none(len(outside)), none(fingers), -problem.least_forces, room, room]),
-        bounds=[(None, None)] * pairs + [(0, None)] * (3 + fingers),
+    costs = np.concatenate([none(pairs), [1.0, VIOLATION_COST, LACK_COST], np.full(fingers, TANGENTIAL_COST)])
+    A = np.vstack(
+        [
+            rows(outside, violation=-1),
+            rows(tangential.reshape(-1, pairs), along=-of_finger),
+            rows(normal, largest=-1),
+            rows(-normal, lack=-1),
+            np.eye(3 + fingers, pairs + 3 + fingers, pairs) * -1.0,
+            rows(np.vstack([torque, -torque])),
+        ]
     )
-    pulls, violation = solution.x[:pairs], float(solution.x[pairs + 1])
-    at_limit = solution.slack[-2 * len(limits) :] <= 1e-6 * np.tile(limits, 2)
+    b = np.concatenate(
+        [-worst_load, none(len(outside)), none(fingers), -problem.least_forces, none(3 + fingers), room, room]
+    )
+    unit = max(float(np.abs(b).max()), 1.0)  # of force [N], in which the program is of order one
+    A[-2 * len(limits) :] *= unit
+    b[: -2 * len(limits)] /= unit
+    solution = maximum(-costs, A, b)
+    if solution is None:
+        raise ArithmeticError("The linear program of a grip did not converge.")  # it has a solution by its form
+    pulls, violation = unit * solution[:pairs], unit * max(float(solution[pairs + 1]), 0.0)
+    at_limit = (b - A @ solution)[-2 * len(limits) :] <= AT_LIMIT
     limited = violation > MIN_VIOLATION and bool(at_limit.any())
     return Grip(pulls, np.einsum("p,pfk->fk", pulls, directions), violation, limited)
 
@@ -121,18 +131,6 @@ def _pull_directions(points: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def _load_shares(problem: GripProblem) -> NDArray[np.float64]:
     """Forces (L, F, 3) of the fingers that balance each load with least sum of squares."""
-    arms = problem.contacts - problem.center_of_mass
-    torques = [np.cross(arm, np.eye(3)).T for arm in arms]
-    grasp_matrix = np.vstack([np.tile(np.eye(3), len(arms)), np.hstack(torques)])
+    G = grasp_matrix(problem.contacts, problem.center_of_mass)
     wrenches = np.hstack([-problem.loads, np.zeros_like(problem.loads)])
-    return np.asarray((wrenches @ np.linalg.pinv(grasp_matrix).T).reshape(len(wrenches), len(arms), 3))
-
-
-def _tangents(normals: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Unit vectors (F, E, 3) all around each normal."""
-    helper = np.eye(3)[np.argmin(np.abs(normals), axis=1)]
-    first = np.cross(normals, helper)
-    first /= np.linalg.norm(first, axis=1, keepdims=True)
-    second = np.cross(normals, first)
-    angles = 2 * np.pi * np.arange(CONE_EDGES) / CONE_EDGES
-    return np.asarray(np.cos(angles)[:, None] * first[:, None] + np.sin(angles)[:, None] * second[:, None])
+    return np.asarray((wrenches @ np.linalg.pinv(G).T).reshape(len(wrenches), -1, 3))

@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
-__all__ = ["WrenchSpace", "ferrari_canny", "isotropy", "volume"]
+from fingersplit.contacts.cones import cone_edges
+from fingersplit.contacts.grasp_matrix import grasp_matrix
 
-CONE_EDGES = 8
-"""Edges of the pyramid that stands for a friction cone, inscribed."""
+__all__ = ["WrenchSpace", "ferrari_canny", "isotropy", "volume"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,33 +37,17 @@ class WrenchSpace:
 
     def grasp_matrix(self) -> NDArray[np.float64]:
         """Map from stacked contact forces in the object frame to the scaled wrench, (6, 3 F)."""
-        forces = np.broadcast_to(np.eye(3), (len(self.contacts), 3, 3))
-        return np.asarray(self._wrenches(forces).reshape(-1, 6).T)
-
-    def cone_forces(self) -> NDArray[np.float64]:
-        """Edge forces of every friction cone, pointing into the object, normal part 1, (F, CONE_EDGES, 3)."""
-        angles = 2 * np.pi * np.arange(CONE_EDGES) / CONE_EDGES
-        inward = -self.normals
-        helper = np.eye(3)[np.argmin(np.abs(inward), axis=1)]
-        first = np.cross(inward, helper)
-        first /= np.linalg.norm(first, axis=1, keepdims=True)
-        second = np.cross(inward, first)
-        tangents = np.cos(angles)[:, None] * first[:, None] + np.sin(angles)[:, None] * second[:, None]
-        return np.asarray(inward[:, None] + self.friction * tangents)
+        return grasp_matrix(self.contacts, self.center, self.radius)
 
     def cone_wrenches(self) -> NDArray[np.float64]:
-        """Scaled wrench of every cone edge, (F * CONE_EDGES, 6)."""
-        return self._wrenches(self.cone_forces()).reshape(-1, 6)
+        """Scaled wrench of every edge of the friction cones, (F * FACETS, 6)."""
+        G = self.grasp_matrix().reshape(6, -1, 3)
+        return np.asarray(np.einsum("wfk,fek->few", G, cone_edges(self.normals, self.friction)).reshape(-1, 6))
 
     @cached_property
     def singular_values(self) -> NDArray[np.float64]:
         """Singular values of the grasp matrix, largest first, (6,)."""
         return np.asarray(np.linalg.svd(self.grasp_matrix(), compute_uv=False))
-
-    def _wrenches(self, forces: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Wrenches (F, k, 6) of forces (F, k, 3) at the contacts."""
-        arms = (self.contacts - self.center) / self.radius
-        return np.concatenate([forces, np.cross(arms[:, None], forces)], axis=-1)
 
 
 def isotropy(space: WrenchSpace) -> float:
@@ -80,7 +64,7 @@ def ferrari_canny(space: WrenchSpace) -> float:
     """Largest disturbing wrench that normal forces summing to 1 resist in every direction [Ferrari1992], the L1 form.
 
     The radius of the largest ball about the origin inside the convex hull of all cone-edge wrenches; 0 without force
-    closure. Exact for the inscribed cones of ``CONE_EDGES`` edges.
+    closure. Exact for the inscribed pyramids of ``contacts.cones``.
     """
     wrenches = space.cone_wrenches()
     for options in ("Q0", "Qx"):  # without merging facets three times as fast, where rounding allows it

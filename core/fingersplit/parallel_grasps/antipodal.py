@@ -1,10 +1,9 @@
 """Antipodal parallel grasps: two surface points that see each other inside their friction cones [Nguyen1988]."""
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
+from fingersplit.contacts.cones import cone_cosine
 from fingersplit.objects.model import ObjectModel
 from fingersplit.parallel_grasps.crossing_pairs_kernel import crossing_pairs
 from fingersplit.parallel_grasps.grasp_set import ParallelGrasps
@@ -51,7 +50,7 @@ def sample_antipodal(
     rays = max(MIN_RAYS, RAYS_PER_PAIR * count)
     draws = rng.random((rays, 3))
     draws[:, 0] = (np.arange(rays) + draws[:, 0]) / rays
-    least_cosine, narrowest = math.cos(math.atan(friction)), max(opening[0], MIN_OPENING)
+    least_cosine, narrowest = cone_cosine(friction), max(opening[0], MIN_OPENING)
 
     def follow(part: slice) -> tuple[NDArray[np.float64], ...]:
         found: tuple[NDArray[np.float64], ...] = crossing_pairs(

@@ -1,12 +1,12 @@
 """Iterative surface fitting: parallel grasps whose pads rest on the object with their whole face [Fan2018ISF]."""
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.cluster.vq import kmeans, vq
 
+from fingersplit.contacts.cones import cone_cosine
 from fingersplit.objects.model import ObjectModel
 from fingersplit.parallel_grasps.fitting_kernel import new_fit
 from fingersplit.parallel_grasps.grasp_set import ParallelGrasps
@@ -112,7 +112,7 @@ def surface_fits(
         pad,
         gripper.body,
         gripper.opening,
-        math.cos(math.atan(friction)),
+        cone_cosine(friction),
         rng.random((starts, 4)),
         new_fit(2 * len(pad)),
         contacts,

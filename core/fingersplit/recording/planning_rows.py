@@ -6,7 +6,7 @@ import numpy as np
 import rerun as rr
 from numpy.typing import NDArray
 
-from fingersplit.contacts.metrics import WrenchSpace, ferrari_canny
+from fingersplit.contacts.metrics import WrenchSpace, ferrari_canny, isotropy, volume
 from fingersplit.hands.hand import Hand
 from fingersplit.objects.model import ObjectModel
 from fingersplit.recording import colors
@@ -15,7 +15,7 @@ from fingersplit.recording.surface_points import points_in_collision, reference_
 from fingersplit.splitting.trace import HAND_QUALITY, OBJECT_QUALITY, PENETRATION, PHASE_NAMES, QUALITY, Trace
 from fingersplit.splitting.trace_kernel import CPO
 
-__all__ = ["CONE_HEIGHT", "isotropies_and_volumes", "phases_of", "planning_indexes", "record_planning"]
+__all__ = ["CONE_HEIGHT", "phases_of", "planning_indexes", "record_planning"]
 
 CONE_HEIGHT = 0.018
 """Length of the drawn friction cones [m]."""
@@ -56,18 +56,6 @@ def phases_of(trace: Trace) -> list[tuple[str, int, int]]:
         stretches.append((PHASE_NAMES[phase], row, end))
         row = end
     return stretches
-
-
-def isotropies_and_volumes(
-    contacts: NDArray[np.float64], center: NDArray[np.float64], radius: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """``isotropy`` and ``volume`` of ``contacts.metrics`` for contacts (T, F, 3) [m] of many states, (T,) each."""
-    arms = (contacts - center) / radius
-    cross = np.cross(arms[:, :, None, :], np.eye(3))  # (T, F, 3 forces, 3): torque of each unit force
-    torques = np.moveaxis(cross.reshape(len(contacts), -1, 3), 1, 2)  # (T, 3, 3 F)
-    forces = np.broadcast_to(np.tile(np.eye(3), contacts.shape[1]), torques.shape)
-    singular = np.linalg.svd(np.concatenate([forces, torques], axis=1), compute_uv=False)
-    return singular[:, -1] / singular[:, 0], singular.prod(axis=1)
 
 
 def _send(stream: rr.RecordingStream, entity: str, rows: NDArray[np.int64], *columns: rr.ComponentColumnList) -> None:
@@ -119,16 +107,17 @@ def _record_quality(stream: rr.RecordingStream, trace: Trace) -> None:
 
 def _record_metrics(stream: rr.RecordingStream, trace: Trace, model: ObjectModel, friction: float) -> None:
     rows = np.arange(len(trace))
-    isotropies, volumes = isotropies_and_volumes(trace.contacts, model.center_of_mass, model.radius)
-    _send(stream, "metrics/Q_iso", rows, rr.Scalars.columns(scalars=isotropies))
-    _send(stream, "metrics/Q_vol", rows, rr.Scalars.columns(scalars=volumes))
-    chosen = np.unique(np.linspace(0, len(rows) - 1, FERRARI_CANNY_ROWS).round().astype(np.int64))
+    few = np.unique(np.linspace(0, len(rows) - 1, FERRARI_CANNY_ROWS).round().astype(np.int64))
     spaces = [
-        WrenchSpace(trace.contacts[row], trace.normals[row], friction, model.center_of_mass, model.radius)
-        for row in chosen
+        WrenchSpace(contacts, normals, friction, model.center_of_mass, model.radius)
+        for contacts, normals in zip(trace.contacts, trace.normals, strict=True)
     ]
-    scalars = rr.Scalars.columns(scalars=[ferrari_canny(space) for space in spaces])
-    _send(stream, "metrics/ferrari_canny", chosen, scalars)
+    for entity, metric, chosen in (
+        ("metrics/Q_iso", isotropy, rows),
+        ("metrics/Q_vol", volume, rows),
+        ("metrics/ferrari_canny", ferrari_canny, few),
+    ):
+        _send(stream, entity, chosen, rr.Scalars.columns(scalars=[metric(spaces[row]) for row in chosen]))
 
 
 def _record_constraints(stream: rr.RecordingStream, trace: Trace, hand: Hand) -> None:

@@ -6,8 +6,12 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.optimize import linprog
 
+from fingersplit.contacts import grip as grip_module
 from fingersplit.contacts.grip import GripProblem, least_grip
+from fingersplit.contacts.linear_program import maximum
+from fingersplit.hands.limits import MAX_CHAIN_JOINTS, MAX_FINGERS
 
 MIN_FORCE = 1.0
 
@@ -76,3 +80,42 @@ def test_contacts_that_no_grip_keeps_inside_their_cones_are_pressed_all_the_same
     assert -(problem.normals * grip.forces).sum(axis=1).max() >= MIN_FORCE - 1e-6
     assert grip.violation > 0.1
     assert not grip.limited
+
+
+def anywhere(rng: np.random.Generator, fingers: int) -> GripProblem:
+    """Contacts anywhere on a ball, fingers of ``MAX_CHAIN_JOINTS`` joints, often too little torque."""
+    normals = rng.normal(size=(fingers, 3))
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    jacobians = np.zeros((fingers, 3, fingers, MAX_CHAIN_JOINTS))
+    for finger in range(fingers):
+        jacobians[finger, :, finger] = rng.normal(scale=0.06, size=(3, MAX_CHAIN_JOINTS))
+    return GripProblem(
+        contacts=0.04 * normals,
+        normals=normals,
+        jacobians=jacobians.reshape(fingers, 3, -1),
+        torque_limits=np.full(fingers * MAX_CHAIN_JOINTS, rng.choice([0.1, 0.5, 2.0])),
+        center_of_mass=rng.normal(scale=0.005, size=3),
+        friction=float(rng.choice([0.05, 0.3, 0.5, 0.8])),
+        least_forces=np.full(fingers, rng.choice([0.0, 1.0, 3.0])),
+        loads=rng.uniform(0.0, 30.0) * np.vstack([np.zeros(3), np.eye(3), -np.eye(3)]),
+    )
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(2, MAX_FINGERS))
+def test_linear_program_of_the_grip_is_solved_as_by_scipy(seed, fingers):
+    """Up to the largest hand; five fingers have more pairs than internal forces, so its columns are dependent."""
+    programs = []
+
+    def solve(c, A, b):
+        x = maximum(c, A, b)
+        programs.append((c, A, b, x))
+        return x
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(grip_module, "maximum", solve)
+        least_grip(anywhere(np.random.default_rng(seed), fingers))
+    ((c, A, b, x),) = programs
+    exact = linprog(-c, A, b, bounds=(None, None), method="highs")
+    assert exact.status == 0
+    assert (A @ x - b).max() < 1e-7
+    assert c @ x == pytest.approx(-exact.fun, abs=1e-5 * max(1.0, abs(exact.fun)))

@@ -8,16 +8,9 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.optimize import linprog
 
-from fingersplit.contacts.holding import (
-    FACETS,
-    FOOTPRINT,
-    GRAVITY,
-    GRIP_SHARE,
-    MAX_FORCE,
-    Contacts,
-    assess_holding,
-    footprint_friction,
-)
+from fingersplit.contacts.cone_kernel import FACETS
+from fingersplit.contacts.holding import GRAVITY, Contacts, assess_holding
+from fingersplit.contacts.holding_kernel import FOOTPRINT, GRIP_SHARE, MAX_FORCE, footprint_friction
 from fingersplit.hands.limits import MAX_CHAIN_JOINTS
 from fingersplit.objects.model import prepare_object
 from fingersplit.objects.parametric import box

@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import linprog
 
-from fingersplit.contacts.holding import SCRATCH
-from fingersplit.contacts.linear_program import MAX_ROWS, MAX_VARIABLES, maximize
+from fingersplit.contacts.linear_program import maximum
+from fingersplit.contacts.linear_program_kernel import LINEAR_PROGRAM, MAX_ROWS, MAX_VARIABLES, maximize
 
 seeds = st.integers(0, 2**32 - 1)
 columns = st.integers(1, MAX_VARIABLES)
@@ -18,7 +18,7 @@ def solve(c: np.ndarray, A: np.ndarray, b: np.ndarray) -> tuple[bool, np.ndarray
     rows, n = A.shape
     wide, right, x = np.full((MAX_ROWS, MAX_VARIABLES), np.nan), np.full(MAX_ROWS, np.nan), np.full(n, np.nan)
     wide[:rows, :n], right[:rows] = A, b
-    scratch = np.rec.array(np.zeros(1, SCRATCH))[0]
+    scratch = np.rec.array(np.zeros(1, LINEAR_PROGRAM))[0]
     return maximize(c, wide, right, rows, n, x, scratch), x
 
 
@@ -95,3 +95,14 @@ def test_contradiction_in_one_variable():
 
 def test_nothing_above():
     assert not solve(np.ones(1), np.array([[-1.0], [-2.0]]), np.array([1.0, 1.0]))[0]
+
+
+def test_more_than_there_is_room_for_is_refused():
+    for rows, n in ((MAX_ROWS + 1, 1), (MAX_VARIABLES + 1, MAX_VARIABLES + 1)):
+        with pytest.raises(ValueError, match="room for"):
+            maximum(np.ones(n), np.ones((rows, n)), np.ones(rows))
+
+
+def test_maximum_is_the_same_solution_or_none():
+    np.testing.assert_allclose(maximum(np.ones(1), np.array([[1.0], [-1.0]]), np.array([2.0, 5.0])), [2.0], atol=1e-6)
+    assert maximum(np.ones(1), np.array([[-1.0]]), np.array([5.0])) is None

@@ -67,7 +67,9 @@ class Contact(Document):
     residual: float = Field(description="How far the pad is from just touching the contact [m].")
     pad_angle: float = Field(description="Angle between the pad's normal and the inward surface normal [rad].")
     force: Vector3 | None = Field(
-        description="Force of the finger on the object that carries its weight, object frame [N]; null where none can."
+        description="Force of the finger on the object that carries its weight with gravity in the worst direction, "
+        "object frame [N]; null where none can. The grip that a simulation presses with is planned for the loads of "
+        "its protocol and stands in `verification.grip`."
     )
 
 

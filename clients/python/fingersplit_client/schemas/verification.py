@@ -54,7 +54,10 @@ class VerificationBranch(Document):
 
 
 class VerificationGrip(Document):
-    """The planned grip force."""
+    """The grip that the simulation pressed with, the least that carries the protocol's loads.
+
+    It balances itself; the forces in `contacts` of the grasp carry the object's weight.
+    """
 
     forces: list[Vector3] = Field(description="Force of each finger on the unloaded object, object frame [N].")
     violation: float = Field(description="Farthest that a planned contact force leaves its friction cone [N].")
