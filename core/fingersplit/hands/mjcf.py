@@ -6,6 +6,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
+from fingersplit.hands.drivers import set_drivers
 from fingersplit.hands.limits import MAX_CHAIN_JOINTS, MAX_FINGERS, MAX_SHAPES, MAX_SPHERES
 from fingersplit.hands.records import HAND
 from fingersplit.hands.shapes import bounding_radius, covering_spheres
@@ -39,7 +40,8 @@ def read_mjcf(path: Path, palm: str, fingers: tuple[str, ...]) -> HandModel:
         raise ValueError(f"{path}: {len(fingers)} fingers; the kernels are built for {MAX_FINGERS}.")
     records = np.rec.array(np.zeros(1, HAND))
     hand = records[0]
-    hand.finger_count, hand.joint_count = len(fingers), model.njnt
+    hand.finger_count, hand.chain_count, hand.joint_count = len(fingers), len(fingers), model.njnt
+    hand.pad_angle_scales[:] = 1.0
     hand.lower[: model.njnt], hand.upper[: model.njnt] = model.jnt_range.T
     palm_id = model.body(palm).id
     place = {palm_id: (-1, 0)}
@@ -58,6 +60,7 @@ def read_mjcf(path: Path, palm: str, fingers: tuple[str, ...]) -> HandModel:
         link_from_shape = link_from_body[body] @ pose_matrix(rotation_from_wxyz(model.geom_quat[g]), model.geom_pos[g])
         hand.shape_fingers[k], hand.shape_links[k] = place[body]
         _set_shape(hand, k, model.geom_type[g], model.geom_size[g], link_from_shape, path)
+    set_drivers(hand, np.eye(model.njnt), np.zeros(model.njnt), *model.jnt_range.T)
     records.setflags(write=False)
     names = tuple(model.joint(j).name for j in range(model.njnt))
     return HandModel(names, tuple(model.geom(g).name for g in shapes), records[0])

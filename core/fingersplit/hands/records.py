@@ -6,16 +6,28 @@ array at every call. All have the room of ``hands.limits``.
 
 import numpy as np
 
-from fingersplit.hands.limits import MAX_CHAIN_JOINTS, MAX_FINGERS, MAX_JOINTS, MAX_SHAPES, MAX_SPHERES
+from fingersplit.hands.limits import (
+    MAX_CHAIN_DRIVERS,
+    MAX_CHAIN_JOINTS,
+    MAX_DRIVERS,
+    MAX_FINGERS,
+    MAX_JOINTS,
+    MAX_PAIRS,
+    MAX_SHAPES,
+    MAX_SPHERES,
+)
 
 __all__ = ["HAND", "POSE", "POSE_FIELDS"]
 
 HAND = np.dtype(
     [
         ("finger_count", np.int64),
+        ("chain_count", np.int64),
         ("joint_count", np.int64),
+        ("driver_count", np.int64),
         ("shape_count", np.int64),
         ("sphere_count", np.int64),
+        ("pair_count", np.int64),
         ("joint_counts", np.int64, MAX_FINGERS),
         ("joint_indices", np.int64, (MAX_FINGERS, MAX_CHAIN_JOINTS)),
         ("rotations", np.float64, (MAX_FINGERS, MAX_CHAIN_JOINTS, 3, 3)),
@@ -23,8 +35,17 @@ HAND = np.dtype(
         ("pad_positions", np.float64, (MAX_FINGERS, 3)),
         ("pad_normals", np.float64, (MAX_FINGERS, 3)),
         ("pad_radii", np.float64, MAX_FINGERS),
+        ("pad_angle_scales", np.float64, MAX_FINGERS),
         ("lower", np.float64, MAX_JOINTS),
         ("upper", np.float64, MAX_JOINTS),
+        ("coupling", np.float64, (MAX_JOINTS, MAX_DRIVERS)),
+        ("coupling_offset", np.float64, MAX_JOINTS),
+        ("driver_lower", np.float64, MAX_DRIVERS),
+        ("driver_upper", np.float64, MAX_DRIVERS),
+        ("driver_counts", np.int64, MAX_FINGERS),
+        ("driver_indices", np.int64, (MAX_FINGERS, MAX_CHAIN_DRIVERS)),
+        ("uncoupled", np.bool_),
+        ("fingers_coupled", np.bool_),
         ("shape_kinds", np.int64, MAX_SHAPES),
         ("shape_fingers", np.int64, MAX_SHAPES),
         ("shape_links", np.int64, MAX_SHAPES),
@@ -37,22 +58,32 @@ HAND = np.dtype(
         ("sphere_centers", np.float64, (MAX_SPHERES, 3)),
         ("sphere_radii", np.float64, MAX_SPHERES),
         ("sphere_insides", np.float64, MAX_SPHERES),
+        ("pairs", np.int16, (MAX_PAIRS, 2)),
     ],
     align=True,
 )
-"""A hand as data: F fingers, N joints, K collision shapes, M spheres; frames follow the links from the palm outwards.
+"""A hand as data: F fingers, N joints, A drivers, K collision shapes, M spheres; frames follow the links outwards.
+
+The first ``finger_count`` of ``chain_count`` chains are the fingers that grasp; others are posed and tested for
+collisions. A joint may stand in several chains. ``hands.drivers.set_drivers`` writes what concerns drivers.
 
 - ``joint_counts`` (F,), ``joint_indices`` (F, MAX_CHAIN_JOINTS): joints of each finger, and their places in the joint
   vector.
 - ``rotations``, ``positions`` [m]: ``previous_from_joint`` at zero angle; a joint frame turns about its own z axis.
 - ``pad_positions`` [m], ``pad_normals``, ``pad_radii`` [m]: spherical pad in the last link's frame, normal out of it.
+- ``pad_angle_scales`` (F,): tilt that a pad tolerates, over that of a usual pad (``limits.PAD_ANGLE_LIMIT``).
 - ``lower``, ``upper`` (N,): joint limits [rad].
+- ``coupling`` S (N, A) and ``coupling_offset`` q0 (N,) [rad]: joints q = S theta + q0 of drivers theta;
+  ``driver_lower``, ``driver_upper`` (A,) [rad] keep every joint that follows one driver alone within its own limits.
+- ``driver_counts`` (F,), ``driver_indices`` (F, MAX_CHAIN_DRIVERS): drivers that move each chain; ``uncoupled``: S = I
+  and q0 = 0; ``fingers_coupled``: a driver moves several fingers, so that they cannot be solved for one by one.
 - ``shape_kinds`` (see ``hands.shapes``), ``shape_fingers`` (-1 for the palm), ``shape_links`` (joint of that finger
   whose link carries the shape), ``link_from_shape`` as ``shape_rotations`` and ``shape_positions`` [m],
   ``shape_sizes`` [m]: half sizes as in MJCF, and ``shape_radii`` [m] about the centre.
 - ``sphere_shapes``, ``sphere_centers`` [m] in the link frame, ``sphere_radii`` [m]: spheres that together enclose every
   shape, those of shape k from ``sphere_starts[k]`` to the next one's; with the radii ``sphere_insides`` [m] they lie
   inside it.
+- ``pairs`` (pair_count, 2): shapes of the hand that may not meet.
 """
 
 POSE_FIELDS = [

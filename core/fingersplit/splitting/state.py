@@ -6,12 +6,12 @@ import numpy as np
 
 from fingersplit.hands.limits import (
     MAX_CHAIN_JOINTS,
-    MAX_EQUATIONS,
     MAX_FINGERS,
     MAX_JOINTS,
     MAX_PRESHAPES,
     MAX_SHAPES,
     MAX_STANDOFFS,
+    MAX_UNKNOWNS,
 )
 from fingersplit.hands.records import POSE_FIELDS
 from fingersplit.objects.grid import PointGrid
@@ -72,8 +72,8 @@ STEP_WORK = np.dtype(
 
 SOLVER_WORK = np.dtype(
     [
-        ("matrix", np.float64, (MAX_EQUATIONS, MAX_EQUATIONS)),
-        ("columns", np.float64, (MAX_EQUATIONS, 2)),
+        ("matrix", np.float64, (MAX_UNKNOWNS, MAX_UNKNOWNS)),
+        ("columns", np.float64, (MAX_UNKNOWNS, 2)),
         ("frozen", np.int8, MAX_JOINTS),
         ("lowest", np.float64, MAX_CHAIN_JOINTS),
         ("highest", np.float64, MAX_CHAIN_JOINTS),
