@@ -9,9 +9,10 @@ import hypothesis
 import pytest
 
 from fingersplit.hands import Hand, load_hand
-from fingersplit.objects.intake import load_mesh
-from fingersplit.objects.model import ObjectModel, prepare_object
+from fingersplit.objects.loading import load_object
+from fingersplit.objects.model import ObjectModel
 from fingersplit.objects.parametric import PARAMETRIC_OBJECTS
+from fingersplit.objects.preparing import prepare_object
 
 hypothesis.settings.register_profile("reproducible", derandomize=True, deadline=None, database=None)
 hypothesis.settings.load_profile("reproducible")
@@ -64,5 +65,4 @@ def every_object(
     """One after the other, every real object, or every parametric one."""
     if objects_folder is None:
         return prepared(request.param)
-    mesh, _ = load_mesh(objects_folder / f"{request.param}.ply")
-    return prepare_object(mesh, request.param)
+    return load_object(objects_folder / f"{request.param}.ply")

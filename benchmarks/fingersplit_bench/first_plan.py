@@ -12,8 +12,8 @@ def main() -> None:
     began = perf_counter()
     # Imported here, because the imports are part of what is measured.
     from fingersplit.hands.hand import load_hand
-    from fingersplit.objects.model import prepare_object
     from fingersplit.objects.parametric import mug
+    from fingersplit.objects.preparing import prepare_object
     from fingersplit.planning.planning import plan
 
     plan(prepare_object(mug(), "mug"), load_hand("barrett"), starts=STARTS)

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-from fingersplit.objects.intake import load_mesh
+from fingersplit.objects.intake import read_file
 from fingersplit.objects.mesh import Mesh
 from fingersplit.objects.parametric import PARAMETRIC_OBJECTS
 from fingersplit_bench.suite import BenchError
@@ -52,4 +52,7 @@ def _meshes(folder: Path) -> dict[str, Callable[[], Mesh]]:
 
 
 def _load(path: Path) -> Mesh:
-    return load_mesh(path)[0]
+    shape, _ = read_file(path)
+    if not isinstance(shape, Mesh):
+        raise BenchError(f"{path} holds a point cloud; the benchmarks need meshes.")
+    return shape

@@ -17,10 +17,12 @@ from numpy.typing import NDArray
 
 from fingersplit.objects.cache import ContentCache
 from fingersplit.objects.mesh import Mesh
-from fingersplit.objects.model import ObjectModel, prepare_object
+from fingersplit.objects.model import ObjectModel
 from fingersplit.objects.options import ObjectOptions
+from fingersplit.objects.preparing import prepare_object
 from fingersplit.objects.scatter import scatter
-from fingersplit.objects.surface import closest, touch
+from fingersplit.objects.source import ObjectSource
+from fingersplit.objects.surface_kernel import closest, touch
 from fingersplit_bench.objects import benchmark_objects
 from fingersplit_bench.suite import Bench, Chapter
 
@@ -59,7 +61,8 @@ def measure_preparation(name: str, load: Callable[[], Mesh], repeats: int) -> di
         cache.fetch(name, model.to_arrays)
         for _ in range(repeats):
             began = perf_counter()
-            ObjectModel.from_arrays(cache.fetch(name, model.to_arrays), name, ObjectOptions())
+            arrays = cache.fetch(name, model.to_arrays)
+            ObjectModel.from_arrays(arrays, name, ObjectOptions(), ObjectSource(), None)
             seconds["load"].append(perf_counter() - began)
     return {
         "object": name,
@@ -108,9 +111,8 @@ def _on_triangles(
 def peak_memory(file: Path) -> int:
     """Peak memory [bytes] of a process of its own that reads and prepares a mesh file [m]."""
     code = (
-        "import resource, sys; from pathlib import Path\n"
-        "from fingersplit.objects.intake import load_mesh; from fingersplit.objects.model import prepare_object\n"
-        "prepare_object(load_mesh(Path(sys.argv[1]))[0])\n"
+        "import resource, sys; from fingersplit.objects.loading import load_object\n"
+        "load_object(sys.argv[1])\n"
         "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)"
     )
     done = subprocess.run([sys.executable, "-c", code, str(file)], capture_output=True, text=True, check=True)

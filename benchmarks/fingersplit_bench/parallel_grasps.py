@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from fingersplit.objects.mesh import Mesh
-from fingersplit.objects.model import ObjectModel, prepare_object
+from fingersplit.objects.model import ObjectModel
+from fingersplit.objects.preparing import prepare_object
 from fingersplit.objects.triangle_grid import bin_triangles
 from fingersplit.parallel_grasps.antipodal import sample_antipodal
 from fingersplit.parallel_grasps.grasp_set import ParallelGrasps

@@ -9,8 +9,9 @@ from time import perf_counter, process_time
 from typing import TypeVar
 
 from fingersplit.objects.mesh import Mesh
-from fingersplit.objects.model import ObjectModel, prepare_object
+from fingersplit.objects.model import ObjectModel
 from fingersplit.objects.parametric import mug
+from fingersplit.objects.preparing import prepare_object
 from fingersplit.planning.plan import Plan
 from fingersplit_bench.calls import plan_once, warm_up
 from fingersplit_bench.machine import on_core

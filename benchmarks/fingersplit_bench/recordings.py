@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from fingersplit.hands.hand import Hand
 from fingersplit.objects.convex_pieces import decompose
 from fingersplit.objects.mesh import Mesh
-from fingersplit.objects.model import ObjectModel, prepare_object
+from fingersplit.objects.model import ObjectModel
+from fingersplit.objects.preparing import prepare_object
 from fingersplit.planning.proving import prove
 from fingersplit.recording.recorded_run import RecordedRun
 from fingersplit.recording.run_recording import write_recording

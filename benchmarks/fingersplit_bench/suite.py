@@ -10,7 +10,8 @@ import numpy as np
 from fingersplit.errors import FingersplitError
 from fingersplit.hands.hand import Hand
 from fingersplit.objects.mesh import Mesh
-from fingersplit.objects.model import ObjectModel, prepare_object
+from fingersplit.objects.model import ObjectModel
+from fingersplit.objects.preparing import prepare_object
 
 __all__ = ["Bench", "BenchError", "Chapter", "Figure", "table"]
 

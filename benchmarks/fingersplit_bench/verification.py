@@ -10,8 +10,8 @@ from fingersplit.grasp import Grasp
 from fingersplit.hands import Hand
 from fingersplit.objects.convex_pieces import ConvexPieces
 from fingersplit.objects.mesh import Mesh
-from fingersplit.objects.model import prepare_object
 from fingersplit.objects.options import ObjectOptions
+from fingersplit.objects.preparing import prepare_object
 from fingersplit.planning.planning import plan
 from fingersplit.verification import Verification, verify
 from fingersplit.verification.protocol import Protocol

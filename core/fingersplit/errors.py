@@ -7,8 +7,8 @@ __all__ = [
     "ExchangeError",
     "FingersplitError",
     "HandError",
-    "MeshError",
     "MissingExtraError",
+    "ObjectFileError",
     "ParallelGraspError",
     "ResultError",
     "SceneError",
@@ -26,7 +26,7 @@ class CacheError(FingersplitError):
     """A cache folder, a limit, a key or an array that cannot be used."""
 
 
-class MeshError(FingersplitError):
+class ObjectFileError(FingersplitError):
     """A file that is no graspable object.
 
     Attributes:
@@ -37,7 +37,7 @@ class MeshError(FingersplitError):
         super().__init__(message)
         self.code = code
 
-    def __reduce__(self) -> tuple[type["MeshError"], tuple[str, str]]:
+    def __reduce__(self) -> tuple[type["ObjectFileError"], tuple[str, str]]:
         """Survive the way back from a worker process with both arguments."""
         return type(self), (self.code, str(self))
 

@@ -5,8 +5,8 @@ import pytest
 import trimesh
 
 from fingersplit.objects.mesh import Mesh
-from fingersplit.objects.model import prepare_object
 from fingersplit.objects.parametric import PARAMETRIC_OBJECTS, cylinder
+from fingersplit.objects.preparing import prepare_object
 from fingersplit_bench.calls import plan_once
 from fingersplit_bench.recordings import measure_recording, refined, resampled
 

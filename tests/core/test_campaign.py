@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fingersplit.objects.surface import touch
+from fingersplit.objects.surface_kernel import touch
 from fingersplit.planning.planning import plan
 from fingersplit_client.schemas import PlanResult
 

@@ -2,8 +2,10 @@ import numpy as np
 import pytest
 
 from fingersplit.contacts.friction import planned_friction
+from fingersplit.objects.intake import read_bytes
 from fingersplit.objects.options import ObjectOptions as CoreOptions
 from fingersplit.objects.parametric import PARAMETRIC_OBJECTS
+from fingersplit.objects.source import ObjectSource
 from fingersplit_client.schemas import CloudReport, ObjectInfo, ObjectOptions, Problem
 from fingersplit_service.jobs.stored_objects import keep_object, planner_settings, prepared_object
 from fingersplit_service.storage import Storage
@@ -116,6 +118,17 @@ async def test_a_point_cloud_is_an_object(api):
     assert mesh.content.startswith(b"ply")
 
 
+async def test_numbers_of_the_file_are_multiplied_by_a_scale(api):
+    data = PARAMETRIC_OBJECTS["box"]().trimesh.export(file_type="ply")
+    response = await api.upload(data, "box.ply", unit="cm", scale="50")
+    info = ObjectInfo.model_validate_json(response.content)
+    assert info.extents == pytest.approx((0.025, 0.035, 0.06))
+    assert (info.report.unit, info.report.scale) == ("cm", 50)
+    refused = await api.upload(data, "box.ply", scale="0")
+    assert refused.status_code == 422
+    assert "/scale" in refused.text
+
+
 def test_meshes_that_an_older_version_kept_are_objects(tmp_path):
     storage, mesh = Storage(tmp_path), PARAMETRIC_OBJECTS["cylinder"]()
     path = storage.shape(mesh.content_hash)
@@ -130,10 +143,12 @@ def test_meshes_that_an_older_version_kept_are_objects(tmp_path):
 def test_friction_of_the_object_is_what_the_planner_takes_unless_told(tmp_path):
     storage = Storage(tmp_path)
     storage.staging.mkdir()
+    source = ObjectSource("mm", 2.0)
+    shape, report = read_bytes(PARAMETRIC_OBJECTS["cylinder"]().trimesh.export(file_type="ply"), "ply")
     for friction, expected in ((None, 0.6), (0.9, 0.9)):
-        object_id, _ = keep_object(storage, PARAMETRIC_OBJECTS["cylinder"](), CoreOptions(friction=friction))
-        model = prepared_object(storage, object_id, "can")
-        assert model.content_hash == object_id
+        kept = keep_object(storage, shape, CoreOptions(friction=friction), source, report)
+        model = prepared_object(storage, kept.id, "can")
+        assert (model.id, model.source, model.report) == (kept.id, source, report)
         settings, requested = planner_settings({"fidelity": "paper"})
         assert settings.fidelity == "paper"
         assert planned_friction(requested, model.options.friction) == expected

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from fingersplit.feasibility.penetration_kernel import exact_penetration
 from fingersplit.hands.hand import Hand
 from fingersplit.objects.model import ObjectModel
-from fingersplit.objects.surface import closest, touch
+from fingersplit.objects.surface_kernel import closest, touch
 from fingersplit.splitting.objective_kernel import manipulability, object_quality
 from fingersplit.splitting.settings import PlannerSettings
 

@@ -5,7 +5,8 @@ from statistics import median
 from time import perf_counter
 from typing import Any
 
-from fingersplit.objects.model import ObjectModel, prepare_object
+from fingersplit.objects.model import ObjectModel
+from fingersplit.objects.preparing import prepare_object
 from fingersplit.planning.plan import Plan
 from fingersplit.planning.run import Run
 from fingersplit_bench.calls import FIDELITIES, paired_runs, plan_once, settings_of, warm_up

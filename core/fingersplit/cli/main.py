@@ -44,12 +44,11 @@ def plan(
     starts: Annotated[int, typer.Option(help="Most runs of the finger splitting.", min=1)] = 64,
     seed: Annotated[int, typer.Option(help="Seed of every random choice.", min=0)] = 0,
     unit: Annotated[str, typer.Option(help="Unit of the file: m, mm, cm or in.")] = "m",
+    scale: Annotated[float, typer.Option(help="Multiplies the file's numbers, beside the unit.")] = 1.0,
     density: Annotated[float | None, typer.Option(help="Density of the object [kg/m^3].")] = None,
     mass: Annotated[float | None, typer.Option(help="Mass of the object [kg], instead of a density.")] = None,
     friction: Annotated[float | None, typer.Option(help="Coulomb friction between the object and the pads.")] = None,
-    fairing: Annotated[
-        float, typer.Option(help="Smooth a noisy mesh: waves of this length [m] lose half their height.")
-    ] = 0.0,
+    fairing: Annotated[float, typer.Option(help="Smooth a noisy mesh: wavelength attenuated by half [m].")] = 0.0,
     viewpoint: Annotated[
         tuple[float, float, float] | None,
         typer.Option(help="Where the camera stood that saw the point cloud, in the file's frame and unit."),
@@ -95,9 +94,8 @@ def plan(
     from fingersplit.formats.importing import import_parallel_grasps
     from fingersplit.hands.hand import load_hand
     from fingersplit.objects.convex_pieces import decompose
-    from fingersplit.objects.intake import load_object
+    from fingersplit.objects.loading import load_object
     from fingersplit.objects.options import ObjectOptions
-    from fingersplit.objects.preparing import prepare
     from fingersplit.planning.planning import plan as plan_grasps
     from fingersplit.planning.proving import prove
     from fingersplit.splitting.settings import PlannerSettings
@@ -106,10 +104,9 @@ def plan(
     named, requested_friction = without_friction(named_values(setting or []))
     settings = PlannerSettings.from_document(named)
     planned_hand = load_hand(hand)
-    shape, _ = load_object(file, unit, viewpoint)
     with _progress() as report:
         report("preparing the object", 0.0)
-        model = prepare(shape, file.stem, options)
+        model = load_object(file, unit=unit, scale=scale, viewpoint=viewpoint, options=options)
         imported = None
         if parallel_grasps is not None:
             imported = import_parallel_grasps(parallel_grasps, model, grasp_format)

@@ -31,8 +31,7 @@ def record(
     from fingersplit.contacts.friction import planned_friction, without_friction
     from fingersplit.hands.hand import load_hand
     from fingersplit.objects.convex_pieces import decompose
-    from fingersplit.objects.intake import load_mesh
-    from fingersplit.objects.model import prepare_object
+    from fingersplit.objects.loading import load_object
     from fingersplit.recording.recorded_run import RecordedRun
     from fingersplit.recording.replay import read_result, replay
     from fingersplit.recording.run_recording import write_recording
@@ -44,7 +43,7 @@ def record(
     settings = PlannerSettings.from_document(named)
     friction = planned_friction(requested, document.get("friction"))
     hand = load_hand(document["hand"])
-    model = prepare_object(load_mesh(mesh, unit)[0], document["object"]["name"])
+    model = load_object(mesh, unit=unit, name=document["object"]["name"])
     grasp = replay(document, rank, model, hand, settings, friction)
     stored = document["grasps"][rank - 1]
     if stored["verification"] is not None:

@@ -51,27 +51,21 @@ def verify_stored(
     from fingersplit.contacts.friction import planned_friction as decide_friction
     from fingersplit.formats.stored_grasps import HandState, grasp_at, read_stored_grasps
     from fingersplit.objects.convex_pieces import decompose
-    from fingersplit.objects.intake import load_mesh
-    from fingersplit.objects.mesh import Mesh
-    from fingersplit.objects.model import prepare_object
+    from fingersplit.objects.loading import load_object
     from fingersplit.verification import verify
     from fingersplit.verification.protocols import load_protocol
 
     preset = load_protocol(protocol, named_values(number or []))
     stored = read_stored_grasps(result, hand)
-    checked, _ = load_mesh(mesh, unit)
-    if stored.object_scale != 1.0:
-        checked = Mesh(stored.object_scale * checked.vertices, checked.faces)
-    model = prepare_object(checked, mesh.stem)
-    object_id = model.to_document()["id"]
-    if stored.object_id not in (None, object_id):
+    model = load_object(mesh, unit=unit, scale=stored.object_scale)
+    if stored.object_id not in (None, model.id):
         raise ExchangeError(
-            f"{mesh.name} is not the object of the result: its id is {object_id}, not {stored.object_id}."
+            f"{mesh.name} is not the object of the result: its id is {model.id}, not {stored.object_id}."
         )
     if rank is not None and rank > len(stored.grasps):
         raise SettingsError(f"rank is {rank}; {result.name} has {len(stored.grasps)} grasps.")
     chosen = stored.grasps if rank is None else stored.grasps[rank - 1 : rank]
-    pieces = decompose(checked)
+    pieces = decompose(model.mesh)
     grip_friction = decide_friction(planned_friction, stored.friction)
 
     def report(state: HandState) -> dict[str, Any]:

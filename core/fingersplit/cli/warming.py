@@ -4,8 +4,8 @@ import numpy as np
 
 from fingersplit.compilation import kernel_cache_folder
 from fingersplit.hands.hand import Hand
-from fingersplit.objects.model import prepare_object
 from fingersplit.objects.parametric import cylinder
+from fingersplit.objects.preparing import prepare_object
 from fingersplit.parallel_grasps.closing_kernel import close_jaws
 from fingersplit.planning.planning import plan
 from fingersplit.recording.posing import pose_links

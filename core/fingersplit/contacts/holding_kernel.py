@@ -7,7 +7,7 @@ import numpy as np
 from fingersplit.compilation import kernel
 from fingersplit.contacts.cone_kernel import FACETS, INSCRIBED, facet, tangents
 from fingersplit.contacts.linear_program_kernel import maximize
-from fingersplit.objects.grid import cell_range
+from fingersplit.objects.grid_kernel import cell_range
 from fingersplit.vectors_kernel import add, angle_between, dot, get, norm, scale, subtract
 
 __all__ = ["FOOTPRINT", "GRIP_SHARE", "MAX_FORCE", "assess_grasps", "footprint_friction"]

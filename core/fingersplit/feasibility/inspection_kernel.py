@@ -3,8 +3,8 @@
 from fingersplit.compilation import kernel
 from fingersplit.feasibility.penetration_kernel import exact_penetration
 from fingersplit.feasibility.violations_kernel import find_violations
-from fingersplit.objects.grid import nearest
-from fingersplit.objects.surface import touch
+from fingersplit.objects.grid_kernel import nearest
+from fingersplit.objects.surface_kernel import touch
 from fingersplit.splitting.state_kernel import evaluate, measure_collision
 from fingersplit.vectors_kernel import dot, get, norm, put, subtract
 

@@ -7,9 +7,9 @@ import numpy as np
 from fingersplit.compilation import kernel
 from fingersplit.hands.kinematics_kernel import place_on_link, place_shape
 from fingersplit.hands.shapes_kernel import shape_distance, shape_distance_gradient
-from fingersplit.objects.grid import cell_range, column_in_ball
-from fingersplit.objects.patches import STACKED, halve_triangle
-from fingersplit.objects.signed_distance import least_distance
+from fingersplit.objects.grid_kernel import cell_range, column_in_ball
+from fingersplit.objects.patches_kernel import STACKED, halve_triangle
+from fingersplit.objects.signed_distance_kernel import least_distance
 from fingersplit.vectors_kernel import add, dot, get, put, rotate, rotate_back, scale, subtract
 
 __all__ = ["ACCURACY", "exact_penetration"]
@@ -80,7 +80,7 @@ def _bound(shape, patches, i, local, depth):
     kind, size, rotation, _ = shape
     along = dot(get(patches.normals, i), rotate(rotation, shape_distance_gradient(kind, size, local)))
     across = math.sqrt(max(1.0 - along * along, 0.0))
-    return depth + across * patches.reaches[i] + abs(along) * patches.rises[i]
+    return depth + across * patches.reaches[i] + abs(along) * patches.plane_deviations[i]
 
 
 @kernel

@@ -15,7 +15,7 @@ from fingersplit.formats.isaac_grasp import read_isaac_grasp
 from fingersplit.grasp import Grasp
 from fingersplit.hands.hand import Hand, load_hand
 from fingersplit.objects.model import ObjectModel
-from fingersplit.objects.surface import touch
+from fingersplit.objects.surface_kernel import touch
 from fingersplit.transforms import pose_matrix, rotation_from_wxyz
 
 __all__ = ["HandState", "StoredGrasp", "StoredGrasps", "grasp_at", "read_stored_grasps"]

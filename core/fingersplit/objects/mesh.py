@@ -9,7 +9,7 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from fingersplit.objects.moments import surface_moments
+from fingersplit.objects.moments_kernel import surface_moments
 
 __all__ = ["Mesh"]
 

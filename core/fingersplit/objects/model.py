@@ -1,5 +1,6 @@
 """The object as the planner needs it: mesh, surface samples, collision points and mass."""
 
+import hashlib
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -7,31 +8,32 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fingersplit.objects.fairing import fair
-from fingersplit.objects.grid import PointGrid, build_grid
-from fingersplit.objects.mass import MassProperties, mass_properties
+from fingersplit.objects.grid import PointGrid
+from fingersplit.objects.intake.report import CloudReport, IntakeReport
+from fingersplit.objects.mass import MassProperties
 from fingersplit.objects.mesh import Mesh
 from fingersplit.objects.options import ObjectOptions
-from fingersplit.objects.packing import frozen, packed, unpacked
-from fingersplit.objects.patches import Patches, build_patches
-from fingersplit.objects.signed_distance import DistanceGrid, build_distance_grid
-from fingersplit.objects.supervoxels import Supervoxels, cluster_supervoxels
-from fingersplit.objects.surface import Surface, sample_surface
-from fingersplit.objects.triangle_grid import TriangleGrid, bin_triangles
+from fingersplit.objects.packing import packed, unpacked
+from fingersplit.objects.patches import Patches
+from fingersplit.objects.signed_distance import DistanceGrid
+from fingersplit.objects.source import ObjectSource
+from fingersplit.objects.supervoxels import Supervoxels
+from fingersplit.objects.surface import Surface
+from fingersplit.objects.triangle_grid import TriangleGrid
 
-__all__ = ["COLLISION_POINTS", "ObjectModel", "prepare_object"]
-
-COLLISION_POINTS = 2_000
+__all__ = ["ObjectModel", "object_id"]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class ObjectModel:
     """A prepared object.
 
     Attributes:
         name: What people call it.
-        content_hash: Hash of the mesh or cloud that it was prepared from.
+        shape_hash: Hash of the mesh or cloud that it was prepared from.
         options: What was said of it beside its shape.
+        source: How its file became metres; the default for an object that came as arrays.
+        report: What intake found in its file and did; None for an object that came as arrays.
         mesh: The triangles, after fairing; for a cloud, those of the surface through it, closed where nothing was seen.
         surface: Evenly spaced samples with outward normals: where contacts may be. Of a cloud, the seen side only.
         supervoxels: Patches of the surface.
@@ -45,8 +47,10 @@ class ObjectModel:
     """
 
     name: str
-    content_hash: str
+    shape_hash: str
     options: ObjectOptions
+    source: ObjectSource
+    report: IntakeReport | CloudReport | None
     mesh: Mesh
     surface: Surface
     supervoxels: Supervoxels
@@ -56,6 +60,11 @@ class ObjectModel:
     patches: Patches
     mass_properties: MassProperties
     seen: float
+
+    @property
+    def id(self) -> str:
+        """Stands for shape and options (32 hex digits): what else an object is prepared with is the same everywhere."""
+        return object_id(self.shape_hash, self.options)
 
     @property
     def center_of_mass(self) -> NDArray[np.float64]:
@@ -80,8 +89,11 @@ class ObjectModel:
     def to_document(self) -> dict[str, Any]:
         """The ``object`` part of a result document, SI units."""
         return {
-            "id": self.content_hash,
+            "id": self.id,
             "name": self.name,
+            "source": self.source.to_document(),
+            "options": self.options.to_document(),
+            "report": None if self.report is None else self.report.to_document(),
             "extents": self.mesh.extents.tolist(),
             "volume": self.mass_properties.volume,
             "mass": self.mass,
@@ -93,18 +105,32 @@ class ObjectModel:
         }
 
     def to_arrays(self) -> dict[str, NDArray[Any]]:
-        """All that was computed, as named arrays for a `ContentCache`; name and options are not among them."""
+        """All that was computed, as named arrays for a `ContentCache`; what the caller said is not among them."""
         arrays = dict[str, NDArray[Any]]()
         for part in _COMPUTED:
             arrays.update(packed(getattr(self, part), part + "/"))
-        return arrays | {"seen": np.array(self.seen), "content_hash": np.array(self.content_hash)}
+        return arrays | {"seen": np.array(self.seen), "shape_hash": np.array(self.shape_hash)}
 
     @classmethod
-    def from_arrays(cls, arrays: dict[str, NDArray[Any]], name: str, options: ObjectOptions) -> "ObjectModel":
+    def from_arrays(
+        cls,
+        arrays: dict[str, NDArray[Any]],
+        name: str,
+        options: ObjectOptions,
+        source: ObjectSource,
+        report: IntakeReport | CloudReport | None,
+    ) -> "ObjectModel":
         """The model that `to_arrays` took apart, on the same arrays."""
         parts = {part: unpacked(kind, arrays, part + "/") for part, kind in _COMPUTED.items()}
-        seen, content_hash = arrays["seen"].item(), arrays["content_hash"].item()
-        return cls(name=name, content_hash=content_hash, options=options, seen=seen, **parts)
+        seen, shape_hash = arrays["seen"].item(), arrays["shape_hash"].item()
+        return cls(name=name, shape_hash=shape_hash, options=options, source=source, report=report, seen=seen, **parts)
+
+
+def object_id(shape_hash: str, options: ObjectOptions) -> str:
+    """An id (32 hex digits) for a shape with options; the hash of the shape where all options are the defaults."""
+    if options == ObjectOptions():
+        return shape_hash
+    return hashlib.sha256(f"{shape_hash} {options.content_hash}".encode()).hexdigest()[:32]
 
 
 _COMPUTED: dict[str, Any] = {
@@ -117,32 +143,3 @@ _COMPUTED: dict[str, Any] = {
     "patches": Patches,
     "mass_properties": MassProperties,
 }
-
-
-def prepare_object(mesh: Mesh, name: str = "object", options: ObjectOptions | None = None) -> ObjectModel:
-    """Prepare a mesh for planning; the same mesh and options always give the same model.
-
-    Args:
-        mesh: From intake, or parametric.
-        name: What people call it.
-        options: Mass, friction and fairing; None for the defaults.
-    """
-    options = options or ObjectOptions()
-    shape = fair(mesh, options.fairing) if options.fairing > 0 else mesh
-    surface = sample_surface(shape)
-    supervoxels = cluster_supervoxels(surface, COLLISION_POINTS)
-    spacing = surface.spacing * (len(surface.normals) / COLLISION_POINTS) ** 0.5
-    return ObjectModel(
-        name=name,
-        content_hash=mesh.content_hash,
-        options=options,
-        mesh=shape,
-        surface=frozen(surface),
-        supervoxels=supervoxels,
-        collision=frozen(build_grid(supervoxels.centers, 2.0 * spacing)[0]),
-        distance=build_distance_grid(shape, surface),
-        triangles=bin_triangles(shape),
-        patches=build_patches(shape, surface),
-        mass_properties=frozen(mass_properties(shape, options)),
-        seen=1.0,
-    )

@@ -25,7 +25,7 @@ class ObjectOptions:
     density: float | None = _option(None, "kg/m^3", "Density, even over the object.", 1.0, 25_000.0)
     mass: float | None = _option(None, "kg", "Mass, instead of a density.", 1e-6, 100.0)
     friction: float | None = _option(None, "1", "Coulomb friction between its surface and pads.", 0.01, 5.0)
-    fairing: float = _option(0.0, "m", "Waves of this length lose half their height by implicit fairing.", 0.0, 0.05)
+    fairing: float = _option(0.0, "m", "Wavelength attenuated by half, by implicit fairing.", 0.0, 0.05)
 
     def __post_init__(self) -> None:
         for option in fields(self):

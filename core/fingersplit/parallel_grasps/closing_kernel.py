@@ -3,7 +3,7 @@
 import numpy as np
 
 from fingersplit.compilation import kernel
-from fingersplit.objects.triangle_grid import cast, face_normal
+from fingersplit.objects.triangle_grid_kernel import cast, face_normal
 from fingersplit.vectors_kernel import add, cross, dot, get, put, scale, subtract
 
 __all__ = ["close_jaws"]

@@ -5,8 +5,8 @@ import math
 import numpy as np
 
 from fingersplit.compilation import kernel
-from fingersplit.objects.grid import cell_range, nearest
-from fingersplit.objects.triangle_grid import cast, face_normal
+from fingersplit.objects.grid_kernel import cell_range, nearest
+from fingersplit.objects.triangle_grid_kernel import cast, face_normal
 from fingersplit.vectors_kernel import add, cross, dot, get, norm, put, scale, subtract
 
 __all__ = ["across", "crossing_pairs"]

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingersplit.compilation import kernel
-from fingersplit.objects.grid import cell_range
+from fingersplit.objects.grid_kernel import cell_range
 from fingersplit.vectors_kernel import (
     add,
     cross,

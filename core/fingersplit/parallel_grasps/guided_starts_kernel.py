@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from fingersplit.compilation import kernel
-from fingersplit.objects.surface import touch
-from fingersplit.objects.triangle_grid import cast, face_normal
+from fingersplit.objects.surface_kernel import touch
+from fingersplit.objects.triangle_grid_kernel import cast, face_normal
 from fingersplit.parallel_grasps.crossing_pairs_kernel import CROSSINGS, across
 from fingersplit.parallel_grasps.fitting_kernel import fit_pads, get_column
 from fingersplit.vectors_kernel import add, cross, dot, get, norm, put, scale, subtract

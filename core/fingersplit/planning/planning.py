@@ -9,7 +9,7 @@ from fingersplit.contacts.friction import planned_friction
 from fingersplit.errors import ParallelGraspError, SettingsError
 from fingersplit.hands.hand import Hand
 from fingersplit.objects.model import ObjectModel
-from fingersplit.objects.surface import closest
+from fingersplit.objects.surface_kernel import closest
 from fingersplit.parallel_grasps.parallel_grasp import ParallelGrasp
 from fingersplit.parallel_grasps.sources import find_parallel_grasps
 from fingersplit.planning.plan import Plan

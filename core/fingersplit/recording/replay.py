@@ -56,9 +56,9 @@ def replay(
     Raises:
         ResultError: No such rank, another object, or the grasp does not come out again.
     """
-    if document["object"]["id"] != model.mesh.content_hash:
+    if document["object"]["id"] != model.id:
         raise ResultError(
-            f"The result is for the mesh {document['object']['id']}, not {model.mesh.content_hash}; "
+            f"The result is for the object {document['object']['id']}, not {model.id}; "
             f"give the file it was planned for, and its unit."
         )
     stored = next((grasp for grasp in document["grasps"] if grasp["rank"] == rank), None)

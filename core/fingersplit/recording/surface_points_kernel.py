@@ -5,9 +5,9 @@ import numpy as np
 from fingersplit.compilation import kernel
 from fingersplit.hands.kinematics_kernel import place_on_link, place_shape
 from fingersplit.hands.shapes_kernel import shape_distance
-from fingersplit.objects.grid import cell_range
-from fingersplit.objects.signed_distance import least_distance
-from fingersplit.objects.surface import closest
+from fingersplit.objects.grid_kernel import cell_range
+from fingersplit.objects.signed_distance_kernel import least_distance
+from fingersplit.objects.surface_kernel import closest
 from fingersplit.recording.posing_kernel import move_hand
 from fingersplit.vectors_kernel import get, put, rotate_back, subtract
 

@@ -9,7 +9,7 @@ import math
 from fingersplit.compilation import kernel
 from fingersplit.hands.kinematics_kernel import place_on_link, place_shape
 from fingersplit.hands.shapes_kernel import shape_distance, shape_distance_gradient
-from fingersplit.objects.grid import cell_range, column_in_ball
+from fingersplit.objects.grid_kernel import cell_range, column_in_ball
 from fingersplit.scene.convex_kernel import core_extent, shape_to_shape
 from fingersplit.scene.obstacles import HALF_SPACE
 from fingersplit.vectors_kernel import add, dot, get, norm, put, rotate, rotate_back, scale, subtract, vector

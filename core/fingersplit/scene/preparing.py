@@ -12,7 +12,7 @@ from scipy.ndimage import distance_transform_edt
 from fingersplit.errors import SceneError
 from fingersplit.hands.hand import Hand
 from fingersplit.hands.shapes_kernel import BOX, shape_distance
-from fingersplit.objects.grid import build_grid
+from fingersplit.objects.grid_kernel import build_grid
 from fingersplit.objects.model import ObjectModel
 from fingersplit.scene.constraints import Constraints
 from fingersplit.scene.obstacles import HALF_SPACE, PRIMITIVE, SceneArrays

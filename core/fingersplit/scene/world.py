@@ -58,7 +58,7 @@ class _Model(Kind):
         return value
 
     def write(self, value: ObjectModel) -> str:
-        return value.content_hash
+        return value.id
 
     def schema(self) -> dict[str, Any]:
         return {"not": {}}

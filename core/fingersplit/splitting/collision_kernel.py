@@ -5,8 +5,8 @@ import math
 from fingersplit.compilation import kernel
 from fingersplit.hands.kinematics_kernel import place_on_link, place_shape
 from fingersplit.hands.shapes_kernel import shape_distance, shape_distance_gradient
-from fingersplit.objects.grid import cell_range
-from fingersplit.objects.signed_distance import least_distance, rough_distance
+from fingersplit.objects.grid_kernel import cell_range
+from fingersplit.objects.signed_distance_kernel import least_distance, rough_distance
 from fingersplit.vectors_kernel import get, put, rotate, rotate_back, subtract
 
 __all__ = ["RANGE", "measure_clearances", "rough_penetration"]

@@ -4,7 +4,7 @@ import math
 
 from fingersplit.compilation import kernel
 from fingersplit.hands.kinematics_kernel import move_fingers
-from fingersplit.objects.surface import closest
+from fingersplit.objects.surface_kernel import closest
 from fingersplit.splitting.acceptance_kernel import CONTINUE, REACHED_ITERATION_LIMIT, judge
 from fingersplit.splitting.clock_kernel import seconds
 from fingersplit.splitting.objective_kernel import manipulability_gradient, object_quality_gradient

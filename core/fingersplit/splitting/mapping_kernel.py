@@ -10,8 +10,8 @@ import math
 
 from fingersplit.compilation import kernel
 from fingersplit.hands.kinematics_kernel import move_fingers
-from fingersplit.objects.signed_distance import sample_near
-from fingersplit.objects.surface import closest
+from fingersplit.objects.signed_distance_kernel import sample_near
+from fingersplit.objects.surface_kernel import closest
 from fingersplit.splitting.collision_kernel import rough_penetration
 from fingersplit.splitting.state_kernel import attach_contacts, evaluate, measure_collision, pad_target
 from fingersplit.splitting.tracking_kernel import track

@@ -1,7 +1,7 @@
 """What follows from a state's pose: contacts, residuals, quality, clearances."""
 
 from fingersplit.compilation import kernel
-from fingersplit.objects.surface import closest
+from fingersplit.objects.surface_kernel import closest
 from fingersplit.splitting.clock_kernel import seconds
 from fingersplit.splitting.collision_kernel import measure_clearances
 from fingersplit.splitting.objective_kernel import manipulability, object_quality

@@ -8,10 +8,10 @@ from typing import Annotated, Any, Literal
 from fastapi import APIRouter, Depends, File, Form, Query, Response, UploadFile
 from fastapi.responses import FileResponse
 
-from fingersplit.errors import MeshError, SettingsError
+from fingersplit.errors import ObjectFileError, SettingsError
 from fingersplit.objects.options import ObjectOptions as CoreOptions
 from fingersplit_client.schemas import CloudReport, IntakeReport, ObjectInfo, ObjectOptions, ObjectPage, Unit, Vector3
-from fingersplit_client.schemas.resources import Density, Fairing, Friction, Mass
+from fingersplit_client.schemas.objects import Density, Fairing, Friction, Mass
 from fingersplit_service.endpoints.documents import Cursor, Limit, ObjectId, known_object, next_cursor, place
 from fingersplit_service.endpoints.uploads import PRINTABLE, read_by_worker, staged, stem, suffix
 from fingersplit_service.jobs.tasks import Upload
@@ -101,6 +101,7 @@ async def upload_object(
     described: Annotated[ObjectOptions, Depends(_options)],
     viewpoint: Annotated[Vector3 | None, Depends(_viewpoint)],
     unit: Annotated[Unit, Form(description="Length unit of the file.")] = "m",
+    scale: Annotated[float, Form(description="Multiplies the file's numbers, beside the unit.", gt=0)] = 1.0,
     name: Annotated[
         str, Form(description="Name for people; by default that of the file.", max_length=200, pattern=PRINTABLE)
     ] = "",
@@ -117,7 +118,7 @@ async def upload_object(
             field="/file",
         )
     async with staged(runtime, file) as path:
-        found = await _inspect(runtime, Upload(path, unit, described.model_dump(), viewpoint))
+        found = await _inspect(runtime, Upload(path, unit, described.model_dump(), viewpoint, scale))
     info = ObjectInfo(name=name or stem(file), unit=unit, created_at=datetime.now(UTC), **found)
     if not await runtime.objects.add(principal.owner, info):
         response.status_code = 200
@@ -199,7 +200,7 @@ async def _inspect(runtime: Runtime, upload: Upload) -> dict[str, Any]:
     """What a worker says of an uploaded file."""
     try:
         return await read_by_worker(runtime, ProblemKind.INVALID_MESH, runtime.tasks.inspect, upload)
-    except MeshError as error:
+    except ObjectFileError as error:
         if error.code == "needless_viewpoint":
             raise ProblemError(ProblemKind.INVALID_REQUEST, str(error), field="/viewpoint", code=error.code) from error
         kind = ProblemKind.UNKNOWN_FORMAT if error.code == "unknown_format" else ProblemKind.INVALID_MESH

@@ -1,6 +1,5 @@
 """Objects as workers keep and load them: the shape for ever, what is computed of it in a cache on disk."""
 
-import hashlib
 import json
 from dataclasses import replace
 from functools import lru_cache
@@ -12,9 +11,11 @@ if TYPE_CHECKING:
     from fingersplit.objects.cache import ContentCache
     from fingersplit.objects.cloud import PointCloud
     from fingersplit.objects.convex_pieces import ConvexPieces
+    from fingersplit.objects.intake import CloudReport, IntakeReport
     from fingersplit.objects.mesh import Mesh
     from fingersplit.objects.model import ObjectModel
     from fingersplit.objects.options import ObjectOptions
+    from fingersplit.objects.source import ObjectSource
     from fingersplit.splitting.settings import PlannerSettings
 
 __all__ = ["convex_pieces", "keep_object", "planner_settings", "prepared_object"]
@@ -22,33 +23,39 @@ __all__ = ["convex_pieces", "keep_object", "planner_settings", "prepared_object"
 _PREPARED_OBJECTS = 8  # kept ready by each worker
 
 
-def keep_object(storage: Storage, shape: "Mesh | PointCloud", options: "ObjectOptions") -> tuple[str, "ObjectModel"]:
+def keep_object(
+    storage: Storage,
+    shape: "Mesh | PointCloud",
+    options: "ObjectOptions",
+    source: "ObjectSource",
+    report: "IntakeReport | CloudReport",
+) -> "ObjectModel":
     """Keep a checked object and prepare it.
 
-    Returns:
-        Its id, which stands for shape and options, and the prepared object.
-
     Raises:
-        MeshError: No surface runs through the points of a cloud.
+        ObjectFileError: No surface runs through the points of a cloud.
     """
     import numpy as np
 
     from fingersplit.objects.mesh import Mesh
+    from fingersplit.objects.model import object_id as model_id
     from fingersplit.objects.preparing import prepare_cached
 
-    object_id = _object_id(shape.content_hash, options)
-    model = prepare_cached(_cache(storage), object_id, lambda: shape, object_id, options)
+    object_id = model_id(shape.content_hash, options)
+    model = prepare_cached(_cache(storage), object_id, lambda: shape, object_id, options, source, report)
     path = storage.shape(object_id)
     if not path.exists():
         names = ("vertices", "faces") if isinstance(shape, Mesh) else ("points", "normals", "viewpoint")
         arrays = {name: getattr(shape, name) for name in names if getattr(shape, name) is not None}
         with storage.atomic(path) as staged:
-            np.savez(staged, options=np.array(json.dumps(options.to_document())), **arrays)
-    return object_id, model
+            for said, part in (("options", options), ("source", source), ("report", report)):
+                arrays[said] = np.array(json.dumps(part.to_document()))
+            np.savez(staged, allow_pickle=False, **arrays)
+    return model
 
 
 def prepared_object(storage: Storage, object_id: str, object_name: str) -> "ObjectModel":
-    """An object ready to be planned for; ``content_hash`` is its id here."""
+    """An object ready to be planned for."""
     return replace(_prepared(storage, object_id), name=object_name)
 
 
@@ -77,14 +84,18 @@ def planner_settings(asked: dict[str, Any]) -> tuple["PlannerSettings", float | 
 def _prepared(storage: Storage, object_id: str) -> "ObjectModel":
     import numpy as np
 
+    from fingersplit.objects.intake.report import report_from_document
     from fingersplit.objects.options import ObjectOptions
     from fingersplit.objects.preparing import prepare_cached
+    from fingersplit.objects.source import ObjectSource
 
     with np.load(storage.shape(object_id), allow_pickle=False) as stored:
-        known = json.loads(str(stored["options"])) if "options" in stored else {}  # older files are meshes without
-    options = ObjectOptions.from_document(known)
-    model = prepare_cached(_cache(storage), object_id, lambda: _shape(storage, object_id), object_id, options)
-    return replace(model, content_hash=object_id)
+        known = {name: json.loads(str(stored[name])) for name in ("options", "source", "report") if name in stored}
+    options = ObjectOptions.from_document(known.get("options", {}))  # older files have none of them, or options only
+    source = ObjectSource.from_document(known.get("source", {}))
+    report = report_from_document(known["report"]) if "report" in known else None
+    cache = _cache(storage)
+    return prepare_cached(cache, object_id, lambda: _shape(storage, object_id), object_id, options, source, report)
 
 
 def _shape(storage: Storage, object_id: str) -> "Mesh | PointCloud":
@@ -97,15 +108,6 @@ def _shape(storage: Storage, object_id: str) -> "Mesh | PointCloud":
         if "points" in stored:
             return PointCloud(stored["points"], stored.get("normals"), stored.get("viewpoint"))
         return Mesh(stored["vertices"], stored["faces"])
-
-
-def _object_id(content_hash: str, options: "ObjectOptions") -> str:
-    """An id for a shape with options; that of a shape alone is its hash."""
-    from fingersplit.objects.options import ObjectOptions
-
-    if options == ObjectOptions():
-        return content_hash
-    return hashlib.sha256(f"{content_hash} {options.content_hash}".encode()).hexdigest()[:32]
 
 
 def _cache(storage: Storage) -> "ContentCache":

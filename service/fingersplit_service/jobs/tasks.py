@@ -59,12 +59,14 @@ class Upload:
         unit: Length unit of the file.
         options: ``ObjectOptions`` document.
         viewpoint: Where the camera of a point cloud stood, in the file's frame and unit.
+        scale: Multiplies the file's numbers besides.
     """
 
     path: Path
     unit: str
     options: dict[str, Any]
     viewpoint: tuple[float, float, float] | None = None
+    scale: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -104,16 +106,18 @@ def inspect_object(storage: Storage, upload: Upload) -> dict[str, Any]:
         What ``ObjectInfo`` says of the object.
 
     Raises:
-        MeshError: The file is no graspable object.
+        ObjectFileError: The file is no graspable object.
     """
-    from fingersplit.objects.intake import load_object
+    from fingersplit.objects.intake import read_file
     from fingersplit.objects.options import ObjectOptions
+    from fingersplit.objects.source import ObjectSource
 
     options = ObjectOptions.from_document(upload.options)
-    shape, report = load_object(upload.path, upload.unit, upload.viewpoint)
-    object_id, model = keep_object(storage, shape, options)
+    source = ObjectSource(upload.unit, upload.scale, upload.viewpoint)
+    shape, report = read_file(upload.path, source)
+    model = keep_object(storage, shape, options, source, report)
     return {
-        "id": object_id,
+        "id": model.id,
         "extents": model.mesh.extents.tolist(),
         "volume": model.mass_properties.volume,
         "center_of_mass": model.center_of_mass.tolist(),

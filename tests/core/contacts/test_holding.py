@@ -12,8 +12,8 @@ from fingersplit.contacts.cone_kernel import FACETS
 from fingersplit.contacts.holding import GRAVITY, Contacts, assess_holding
 from fingersplit.contacts.holding_kernel import FOOTPRINT, GRIP_SHARE, MAX_FORCE, footprint_friction
 from fingersplit.hands.limits import MAX_CHAIN_JOINTS
-from fingersplit.objects.model import prepare_object
 from fingersplit.objects.parametric import box
+from fingersplit.objects.preparing import prepare_object
 
 seeds = st.integers(0, 2**32 - 1)
 fingers = st.sampled_from([3, 4, 5])

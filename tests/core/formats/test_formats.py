@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from fingersplit.errors import ParallelGraspError
 from fingersplit.formats.importing import IMPORT_FORMATS, import_parallel_grasps
 from fingersplit.objects.mesh import Mesh
-from fingersplit.objects.model import prepare_object
+from fingersplit.objects.preparing import prepare_object
 
 FACES = [[[0.025, 0, 0], [-0.025, 0, 0]], [[0, 0.035, 0], [0, -0.035, 0]]]
 """Where jaws through the middle of the 50 x 70 x 120 mm box along x and along y touch it."""

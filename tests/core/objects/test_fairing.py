@@ -6,8 +6,8 @@ import trimesh
 
 from fingersplit.objects.fairing import fair
 from fingersplit.objects.mesh import Mesh
-from fingersplit.objects.model import prepare_object
 from fingersplit.objects.options import ObjectOptions
+from fingersplit.objects.preparing import prepare_object
 
 RADIUS = 0.05
 
@@ -70,5 +70,5 @@ def test_model_is_faired_and_keeps_the_name_of_what_it_was():
     assert np.mean((faired.surface.normals * radial).sum(axis=1)) > np.mean(
         (plain.surface.normals * before).sum(axis=1)
     )
-    assert faired.content_hash == plain.content_hash == rough.content_hash
+    assert faired.shape_hash == plain.id == rough.content_hash != faired.id
     assert faired.mesh.content_hash != rough.content_hash

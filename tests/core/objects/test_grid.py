@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 
-from fingersplit.objects.grid import build_grid, cell_range, nearest, smooth_directions, thin_evenly
+from fingersplit.objects.grid_kernel import build_grid, cell_range, nearest, smooth_directions, thin_evenly
 
 seeds = st.integers(0, 2**32 - 1)
 

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 import trimesh
 
-from fingersplit.errors import MeshError
-from fingersplit.objects.intake import UNITS, IntakeReport, load_mesh, read_mesh
+from fingersplit.errors import ObjectFileError
+from fingersplit.objects.intake import IntakeReport, read_file, read_mesh
 from fingersplit.objects.mesh import Mesh
 from fingersplit.objects.parametric import bottle, l_bracket, mug
+from fingersplit.objects.source import UNITS, ObjectSource
 
 OBJECTS = Path(os.environ.get("FINGERSPLIT_OBJECTS", Path(__file__).parents[4] / "shared" / "objects"))
 BOX_EXTENTS = (0.04, 0.06, 0.1)
@@ -49,7 +50,7 @@ def points_outwards(mesh: Mesh) -> bool:
 
 @pytest.mark.parametrize(("unit", "size"), [("m", 0.1), ("cm", 10.0), ("mm", 100.0), ("in", 0.1 / 0.0254)])
 def test_unit_scales_to_metres(unit, size):
-    mesh, report = read_mesh(written(trimesh.creation.box([size] * 3), "stl"), "stl", unit)
+    mesh, report = read_mesh(written(trimesh.creation.box([size] * 3), "stl"), "stl", ObjectSource(unit))
     assert mesh.extents == pytest.approx([0.1] * 3)
     assert report.volume == pytest.approx(1e-3)
     assert report.unit == unit
@@ -206,14 +207,14 @@ def test_report_becomes_plain_json():
     assert (document["file_type"], document["merged_vertices"], document["vertices"]) == ("stl", 28, 8)
 
 
-def test_load_mesh_takes_the_format_from_the_suffix(tmp_path):
+def test_read_file_takes_the_format_from_the_suffix(tmp_path):
     path = tmp_path / "Ball.PLY"
     path.write_bytes(written(ball(100.0), "ply"))
-    mesh, report = load_mesh(path, "mm")
+    mesh, report = read_file(path, ObjectSource("mm"))
     assert report.file_type == "ply"
-    assert mesh.content_hash == read_mesh(path.read_bytes(), ".ply", "mm")[0].content_hash
-    with pytest.raises(MeshError, match=r"Cannot read .*gone\.stl") as refusal:
-        load_mesh(tmp_path / "gone.stl")
+    assert mesh.content_hash == read_mesh(path.read_bytes(), ".ply", ObjectSource("mm"))[0].content_hash
+    with pytest.raises(ObjectFileError, match=r"Cannot read .*gone\.stl") as refusal:
+        read_file(tmp_path / "gone.stl")
     assert refusal.value.code == "unreadable"
 
 
@@ -247,7 +248,7 @@ def test_good_objects_are_accepted_with_all_that_they_have(name, tmp_path):
     else:
         known = published_objects()[name]
         path = OBJECTS / known["file"]
-    mesh, report = load_mesh(path)
+    mesh, report = read_file(path)
     assert (report.vertices_in_file, report.faces_in_file) == (known["vertices"], known["faces"])
     assert (report.watertight, report.boundary_edges) == (known["watertight"], known["boundary_edges"])
     assert (report.components, report.nonmanifold_edges, report.flipped_faces) == (1, 0, 0)

@@ -20,10 +20,10 @@ READ_DAMAGED = """
 import json, pathlib, resource, signal, sys
 from collections import Counter
 import numpy as np
-from fingersplit.errors import MeshError
-from fingersplit.objects.intake import read_object
+from fingersplit.errors import ObjectFileError
+from fingersplit.objects.intake import read_bytes
 from fingersplit.objects.parametric import box
-from fingersplit.objects.preparing import prepare
+from fingersplit.objects.preparing import prepare_object
 from mesh_bytes import ball, cloud, mutated
 
 form, seed, count = sys.argv[1], int(sys.argv[2]), int(sys.argv[3])
@@ -32,7 +32,7 @@ if form in ("ascii", "binary", "binary_compressed", "ply", "ply_ascii", "npz"):
 else:
     file_type = form.removeprefix("mesh_").removesuffix("_ascii")
     data = ball(file_type, encoding="ascii") if form == "mesh_ply_ascii" else ball(form.removeprefix("mesh_"))
-prepare(box())  # so that everything is loaded before memory is bounded
+prepare_object(box())  # so that everything is loaded before memory is bounded
 present = int(pathlib.Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
 resource.setrlimit(resource.RLIMIT_AS, (present + 1_000_000_000,) * 2)
 random, outcomes = np.random.default_rng(seed), Counter()
@@ -40,11 +40,11 @@ for number in range(count):
     damaged = mutated(data, random)
     signal.setitimer(signal.ITIMER_PROF, 10)  # s of processor time; then the process ends
     try:
-        shape, _ = read_object(damaged, file_type)
+        shape, _ = read_bytes(damaged, file_type)
         if outcomes["object"] % 10 == 0:
-            prepare(shape)
+            prepare_object(shape)
         outcomes["object"] += 1
-    except MeshError as error:
+    except ObjectFileError as error:
         assert str(error).endswith(".") and len(str(error)) < 500, error
         outcomes[error.code] += 1
     signal.setitimer(signal.ITIMER_PROF, 0)

@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fingersplit.errors import MeshError
+from fingersplit.errors import ObjectFileError
 from fingersplit.objects.intake import read_mesh
+from fingersplit.objects.source import ObjectSource
 from mesh_bytes import PLY_HEADER, ball, glb
 
 BAD = Path(os.environ.get("FINGERSPLIT_OBJECTS", Path(__file__).parents[4] / "shared" / "objects")) / "bad"
@@ -76,7 +77,7 @@ def test_broken_files_are_refused_at_once(name):
     code, own = PUBLISHED[name]
     for data in [own, *(path.read_bytes() for path in BAD.glob(name))]:
         begin = time.perf_counter()
-        with pytest.raises(MeshError) as refusal:
+        with pytest.raises(ObjectFileError) as refusal:
             read_mesh(data, Path(name).suffix)
         assert refusal.value.code == code
         assert str(refusal.value).endswith(".")
@@ -90,7 +91,7 @@ def test_every_published_broken_file_is_covered():
 @pytest.mark.parametrize(
     ("data", "file_type", "code", "words"),
     [
-        (stl(np.ones((3, 3, 3)), 2**32 - 1), "stl", "truncated", "4,294,967,295 triangles, but has 3"),
+        (stl(np.ones((3, 3, 3)), 2**32 - 1), "stl", "truncated", "4,294,967,295 triangles, but the file has 3"),
         (stl(np.ones((3, 3, 3)), 2), "stl", "count_mismatch", "says 2 triangles.* bytes for 3"),
         (stl(np.ones((0, 3, 3))), "stl", "no_faces", "no face"),
         (b"\0" * 60, "stl", "truncated", "84 bytes"),
@@ -111,15 +112,15 @@ def test_every_published_broken_file_is_covered():
         (BOX + b"v 1 2\n", "obj", "malformed", "line 21 has 2 coordinates"),
         (BOX + b"v 1 2 x\n", "obj", "malformed", "OBJ file cannot be read"),
         (BOX + b"v 1 2 1e999\n", "obj", "non_finite", "number 9 with"),
-        (ball("ply")[:-5], "ply", "truncated", "80 face rows, but has 79 whole ones"),
+        (ball("ply")[:-5], "ply", "truncated", "80 face rows, but the file has 79 whole ones"),
         (ball("ply") + b"\0", "ply", "count_mismatch", "1 bytes before"),
         (ball("ply", encoding="ascii")[:-40], "ply", "truncated", "face rows"),
         (ball("ply").replace(b"ply", b"plx", 1), "ply", "not_ply", "header"),
         (ball("ply").replace(b"float z", b"float w", 1), "ply", "malformed", "x, y and z"),
         (ball("ply").replace(b"uchar int", b"uchar bit", 1), "ply", "malformed", "'property list uchar bit"),
         (ball("ply").replace(b"vertex_indices", b"vertex_whatever", 1), "ply", "malformed", "vertex_indices"),
-        (PLY_HEADER.format("ascii", 1, 10**17).encode() + b"1 2 3", "ply", "truncated", "but has 5 bytes"),
-        (ONE_FACE_PLY + b"0 0 0", "ply", "truncated", "1 face rows, a line each, but has 1 lines"),
+        (PLY_HEADER.format("ascii", 1, 10**17).encode() + b"1 2 3", "ply", "truncated", "but the file has 5 bytes"),
+        (ONE_FACE_PLY + b"0 0 0", "ply", "truncated", "1 face rows, a line each, but the file has 1 lines"),
         (ONE_FACE_PLY + b"0 0 0\n3 0 0 7", "ply", "index_out_of_range", "vertex 7"),
         (ONE_FACE_PLY + b"0 0 0\n-3 0 0 0", "ply", "malformed", "Row 0 of .*'face' has 4 words, not -2"),
         (ONE_FACE_PLY + b"0 0 0\ninf 0 0 0", "ply", "malformed", "PLY file cannot be read"),
@@ -135,7 +136,7 @@ def test_every_published_broken_file_is_covered():
         (b"OFF\n1 1 0\n0 0 0\n3 0 0 -1\n", "off", "malformed", "face index outside"),
         (b"ON\n1 1 0\n", "off", "not_off", "'OFF'"),
         (b"glTF", "glb", "not_glb", "header"),
-        (ball("glb")[:-50], "glb", "truncated", "bytes, but has"),
+        (ball("glb")[:-50], "glb", "truncated", "bytes, but the file has"),
         (ball("glb")[:4] + b"\1" + ball("glb")[5:], "glb", "not_glb", "version 1"),
         (glb(lambda d: d["nodes"][0].update(children=[0])), "glb", "malformed", "twice"),
         (glb(lambda d: d["accessors"][0].update(count=2**32)), "glb", "truncated", "4,294,967,296 values"),
@@ -155,15 +156,15 @@ def test_every_published_broken_file_is_covered():
     ],
 )  # fmt: skip
 def test_refusals_say_what_is_wrong(data, file_type, code, words):
-    with pytest.raises(MeshError, match=words) as refusal:
+    with pytest.raises(ObjectFileError, match=words) as refusal:
         read_mesh(data, file_type)
     assert refusal.value.code == code
     assert len(str(refusal.value)) < 500
 
 
 def test_unknown_unit_is_refused_with_the_known_ones():
-    with pytest.raises(MeshError, match="'furlong'; known units: m, mm, cm, in") as refusal:
-        read_mesh(BOX, "obj", "furlong")
+    with pytest.raises(ObjectFileError, match="'furlong'; known units: m, mm, cm, in") as refusal:
+        read_mesh(BOX, "obj", ObjectSource("furlong"))
     assert refusal.value.code == "unknown_unit"
 
 
@@ -179,12 +180,12 @@ def test_unknown_unit_is_refused_with_the_known_ones():
     ],
 )
 def test_size_beyond_any_hand_is_refused_with_a_plausible_unit(size, unit, code, words):
-    with pytest.raises(MeshError, match=words) as refusal:
-        read_mesh(BOX.replace(b"0.05", str(size).encode()), "obj", unit)
+    with pytest.raises(ObjectFileError, match=words) as refusal:
+        read_mesh(BOX.replace(b"0.05", str(size).encode()), "obj", ObjectSource(unit))
     assert refusal.value.code == code
 
 
 @pytest.mark.parametrize(("size", "unit"), [(2.0, "m"), (2.1, "mm")])
 def test_size_at_the_limits_is_accepted(size, unit):
-    mesh, _ = read_mesh(BOX.replace(b"0.05", str(size).encode()), "obj", unit)
+    mesh, _ = read_mesh(BOX.replace(b"0.05", str(size).encode()), "obj", ObjectSource(unit))
     assert 0.002 <= mesh.extents.max() <= 2.0

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from fingersplit.objects.model import COLLISION_POINTS, prepare_object
 from fingersplit.objects.parametric import box
+from fingersplit.objects.preparing import COLLISION_POINTS, prepare_object
 from fingersplit.objects.surface import PACKING
 
 

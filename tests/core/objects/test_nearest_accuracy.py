@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fingersplit.objects.scatter import scatter
-from fingersplit.objects.surface import closest, touch
+from fingersplit.objects.surface_kernel import closest, touch
 
 pytestmark = pytest.mark.campaign
 

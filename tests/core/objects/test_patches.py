@@ -6,7 +6,8 @@ import trimesh
 
 from fingersplit.objects.mesh import Mesh
 from fingersplit.objects.parametric import PARAMETRIC_OBJECTS
-from fingersplit.objects.patches import build_patches, halve_triangle
+from fingersplit.objects.patches import build_patches
+from fingersplit.objects.patches_kernel import halve_triangle
 from fingersplit.objects.scatter import scatter
 from fingersplit.objects.surface import sample_surface
 
@@ -21,7 +22,7 @@ def check_cover(patches, mesh: Mesh) -> None:
         offsets = point - patches.grid.points[samples]
         within = np.linalg.norm(offsets, axis=1) <= patches.reaches[samples] + 1e-9
         rises = np.abs((offsets * patches.normals[samples]).sum(axis=1))
-        assert (within & (rises <= patches.rises[samples] + 1e-9)).any()
+        assert (within & (rises <= patches.plane_deviations[samples] + 1e-9)).any()
 
 
 @pytest.mark.parametrize("name", sorted(PARAMETRIC_OBJECTS))

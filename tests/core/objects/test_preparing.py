@@ -8,13 +8,14 @@ import pytest
 
 from fingersplit.objects.cache import ContentCache
 from fingersplit.objects.mesh import Mesh
-from fingersplit.objects.model import ObjectModel, prepare_object
+from fingersplit.objects.model import ObjectModel, object_id
 from fingersplit.objects.options import ObjectOptions
 from fingersplit.objects.packing import frozen, packed, unpacked
 from fingersplit.objects.parametric import cylinder
-from fingersplit.objects.preparing import prepare, prepare_cached
-from fingersplit.objects.signed_distance import rough_distance
-from fingersplit.objects.surface import closest, touch
+from fingersplit.objects.preparing import prepare_cached, prepare_object
+from fingersplit.objects.signed_distance_kernel import rough_distance
+from fingersplit.objects.source import ObjectSource
+from fingersplit.objects.surface_kernel import closest, touch
 
 
 class Inner(NamedTuple):
@@ -67,17 +68,19 @@ def test_model_is_prepared_once_and_comes_back_whole(cache):
         return mesh
 
     options = ObjectOptions(mass=0.2)
-    first = prepare_cached(cache, mesh.content_hash, load, "first", options)
-    again = prepare_cached(cache, mesh.content_hash, load, "again", options)
+    key, source = object_id(mesh.content_hash, options), ObjectSource("mm", 2.0)
+    first = prepare_cached(cache, key, load, "first", options, source)
+    again = prepare_cached(cache, key, load, "again", options, source)
     assert (len(loads), first.name, again.name) == (1, "first", "again")
-    fresh = prepare_object(mesh, "fresh", options)
+    fresh = prepare_object(mesh, "fresh", options, source)
     for model in first, again:
         assert model.to_document() == fresh.to_document() | {"name": model.name}
         assert (model.options, model.radius) == (options, fresh.radius)
         for name, array in fresh.to_arrays().items():
             np.testing.assert_array_equal(model.to_arrays()[name], array, err_msg=name)
             assert not model.to_arrays()[name].flags.writeable or array.ndim == 0 or array.size < 10, name
-    prepare_cached(cache, mesh.content_hash, load, "other", ObjectOptions(mass=0.3))
+    heavier = ObjectOptions(mass=0.3)
+    assert prepare_cached(cache, object_id(mesh.content_hash, heavier), load, "other", heavier).mass == 0.3
     assert len(loads) == 2
 
 
@@ -89,7 +92,7 @@ def test_loaded_model_runs_the_kernels_that_were_compiled_for_a_prepared_one(cac
         surface, distance = model.surface, model.distance
         return [closest(surface, query, -1), touch(surface, query, -1), rough_distance(distance, query)]
 
-    fresh = look_up(prepare(mesh))
+    fresh = look_up(prepare_object(mesh))
     compiled = [len(function.signatures) for function in (closest, touch, rough_distance)]
     prepare_cached(cache, mesh.content_hash, lambda: mesh)
     loaded = look_up(prepare_cached(cache, mesh.content_hash, lambda: mesh))

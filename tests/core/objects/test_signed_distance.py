@@ -7,15 +7,8 @@ from scipy.spatial import cKDTree
 from fingersplit.objects.mesh import Mesh
 from fingersplit.objects.model import ObjectModel
 from fingersplit.objects.parametric import box
-from fingersplit.objects.signed_distance import (
-    CELLS,
-    MARGIN,
-    SLACK,
-    build_distance_grid,
-    least_distance,
-    rough_distance,
-    sample_near,
-)
+from fingersplit.objects.signed_distance import CELLS, build_distance_grid
+from fingersplit.objects.signed_distance_kernel import MARGIN, SLACK, least_distance, rough_distance, sample_near
 from fingersplit.objects.surface import sample_surface
 
 OBJECTS = pytest.mark.parametrize("name", ["sphere", "box", "mug", "l_bracket"])

@@ -6,7 +6,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from fingersplit.objects.grid import neighbour_lists
+from fingersplit.objects.grid_kernel import neighbour_lists
 from fingersplit.objects.parametric import PARAMETRIC_OBJECTS, box
 from fingersplit.objects.supervoxels import REACH, cluster_supervoxels
 from fingersplit.objects.surface import sample_surface

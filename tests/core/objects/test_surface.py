@@ -7,7 +7,8 @@ from scipy.spatial import cKDTree
 
 from fingersplit.objects.mesh import Mesh
 from fingersplit.objects.parametric import PARAMETRIC_OBJECTS, box
-from fingersplit.objects.surface import MAX_OVERHANG, closest, distance_to_triangle, sample_surface, touch
+from fingersplit.objects.surface import sample_surface
+from fingersplit.objects.surface_kernel import MAX_OVERHANG, closest, distance_to_triangle, touch
 
 RADIUS = 0.035  # of the parametric sphere
 

@@ -7,7 +7,8 @@ import pytest
 import trimesh
 
 from fingersplit.objects.mesh import Mesh
-from fingersplit.objects.triangle_grid import bin_triangles, cast, cast_rays, face_normal
+from fingersplit.objects.triangle_grid import bin_triangles
+from fingersplit.objects.triangle_grid_kernel import cast, cast_rays, face_normal
 
 
 def grid_of(solid: trimesh.Trimesh):

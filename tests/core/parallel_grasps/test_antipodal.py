@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from fingersplit.objects.model import prepare_object
 from fingersplit.objects.parametric import box
+from fingersplit.objects.preparing import prepare_object
 from fingersplit.parallel_grasps.antipodal import sample_antipodal
 
 FRICTION = 0.4

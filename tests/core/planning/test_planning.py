@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from fingersplit.errors import ParallelGraspError, SettingsError
-from fingersplit.objects.model import prepare_object
 from fingersplit.objects.parametric import box
+from fingersplit.objects.preparing import prepare_object
 from fingersplit.parallel_grasps import ParallelGrasp
 from fingersplit.planning.planning import plan
 from fingersplit.splitting.settings import PlannerSettings
@@ -183,7 +183,8 @@ def test_fidelity_reaches_the_runs(barrett, prepared, fidelity):
 
 def test_another_process_gives_the_same_document(planned):
     program = (
-        "import json; from fingersplit.hands import load_hand; from fingersplit.objects.model import prepare_object;"
+        "import json; from fingersplit.hands import load_hand;"
+        "from fingersplit.objects.preparing import prepare_object;"
         "from fingersplit.objects.parametric import mug; from fingersplit.planning.planning import plan;"
         "model = prepare_object(mug(), 'mug');"
         "print(json.dumps(plan(model, load_hand('barrett'), starts=24, seed=1).to_document()))"

@@ -11,8 +11,8 @@ import pytest
 from matplotlib.image import imread
 from PIL import Image
 
-from fingersplit.objects.model import prepare_object
 from fingersplit.objects.parametric import cylinder
+from fingersplit.objects.preparing import prepare_object
 from fingersplit.planning.planning import plan
 from fingersplit.recording.stored import animate_stored, draw_stored, thumbnail_stored
 from fingersplit.recording.traces_file import save_traces

@@ -7,8 +7,8 @@ from scipy.spatial.transform import Rotation
 
 from fingersplit.hands.shapes_kernel import shape_distance
 from fingersplit.objects.mesh import Mesh
-from fingersplit.objects.model import prepare_object
 from fingersplit.objects.parametric import cylinder
+from fingersplit.objects.preparing import prepare_object
 from fingersplit.planning.planning import plan
 from fingersplit.recording.posing import hand_links, pose_links, turn_z_to
 from fingersplit.recording.raycast import Layer

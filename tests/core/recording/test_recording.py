@@ -15,8 +15,8 @@ from scipy.spatial.transform import Rotation
 from fingersplit.contacts.metrics import WrenchSpace, ferrari_canny, isotropy, volume
 from fingersplit.objects.convex_pieces import decompose
 from fingersplit.objects.mesh import Mesh
-from fingersplit.objects.model import prepare_object
 from fingersplit.objects.parametric import cylinder
+from fingersplit.objects.preparing import prepare_object
 from fingersplit.planning.planning import plan
 from fingersplit.recording.posing import hand_links
 from fingersplit.recording.recorded_run import RecordedRun

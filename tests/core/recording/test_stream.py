@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from fingersplit.objects.model import prepare_object
 from fingersplit.objects.parametric import cylinder
+from fingersplit.objects.preparing import prepare_object
 from fingersplit.planning.planning import plan
 from fingersplit.recording.run_recording import record_run
 from fingersplit.recording.stream import Layout, recording_file

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from fingersplit.objects.model import prepare_object
 from fingersplit.objects.parametric import PARAMETRIC_OBJECTS
+from fingersplit.objects.preparing import prepare_object
 from fingersplit.scene import ContactRegions, Pose, Region
 
 

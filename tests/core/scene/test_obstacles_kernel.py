@@ -10,8 +10,8 @@ from scipy.spatial.transform import Rotation
 from fingersplit.hands.hand import load_hand
 from fingersplit.hands.kinematics_kernel import move_fingers
 from fingersplit.hands.shapes_kernel import shape_distance
-from fingersplit.objects.model import prepare_object
 from fingersplit.objects.parametric import PARAMETRIC_OBJECTS
+from fingersplit.objects.preparing import prepare_object
 from fingersplit.scene import Approach, Constraints, Obstacle, Pose, Primitive, Retreat, Scene, SupportSurface
 from fingersplit.scene.obstacles import new_slacks
 from fingersplit.scene.obstacles_kernel import measure_slacks, rough_violation

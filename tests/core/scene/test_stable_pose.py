@@ -6,8 +6,8 @@ from scipy.spatial import ConvexHull, Delaunay
 
 from fingersplit.hands.hand import load_hand
 from fingersplit.objects.mesh import Mesh
-from fingersplit.objects.model import prepare_object
 from fingersplit.objects.parametric import PARAMETRIC_OBJECTS
+from fingersplit.objects.preparing import prepare_object
 from fingersplit.scene import Constraints, Scene, SupportSurface
 from fingersplit.scene.preparing import prepare_scene
 from fingersplit.scene.stable_pose import stable_poses

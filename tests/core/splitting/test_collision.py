@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from fingersplit.hands.shapes import covering_spheres
-from fingersplit.objects.signed_distance import SLACK
+from fingersplit.objects.signed_distance_kernel import SLACK
 from fingersplit.splitting.collision_kernel import RANGE, measure_clearances, rough_penetration
 from fingersplit.transforms import pose_matrix, wxyz_from_rotation
 

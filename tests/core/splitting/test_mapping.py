@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from fingersplit.hands import Hand
-from fingersplit.objects.model import prepare_object
 from fingersplit.objects.parametric import box
+from fingersplit.objects.preparing import prepare_object
 from fingersplit.parallel_grasps import ParallelGrasp
 from fingersplit.planning.starts import build_problem, choose_starts, split_starts
 from fingersplit.splitting.jaw_table import STANDOFFS, jaw_table

@@ -20,6 +20,7 @@ from fingersplit_client.schemas.jobs import (
     JobVerification,
     ProtocolName,
 )
+from fingersplit_client.schemas.objects import CloudReport, IntakeReport, ObjectOptions, ObjectSource
 from fingersplit_client.schemas.plan import (
     Contact,
     Grasp,
@@ -37,15 +38,12 @@ from fingersplit_client.schemas.plan import (
 )
 from fingersplit_client.schemas.problem import InvalidField, Problem
 from fingersplit_client.schemas.resources import (
-    CloudReport,
     HandFinger,
     HandInfo,
     HandJoint,
     Health,
     ImportedGraspSet,
-    IntakeReport,
     ObjectInfo,
-    ObjectOptions,
     ObjectPage,
     ParallelGraspsCreate,
     ParallelGraspSet,
@@ -96,6 +94,7 @@ __all__ = [
     "ObjectInfo",
     "ObjectOptions",
     "ObjectPage",
+    "ObjectSource",
     "Palm",
     "ParallelGrasp",
     "ParallelGraspSet",

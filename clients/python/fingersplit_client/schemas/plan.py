@@ -5,6 +5,7 @@ from typing import Literal
 from pydantic import Field
 
 from fingersplit_client.schemas.base import Document, Quaternion, Vector3
+from fingersplit_client.schemas.objects import CloudReport, IntakeReport, ObjectOptions, ObjectSource
 from fingersplit_client.schemas.verification import Proof, Verification
 
 __all__ = [
@@ -165,6 +166,11 @@ class PlannedObject(Document):
 
     id: str = Field(description="Id of the object: a hash of its shape and options.")
     name: str = Field(description="Name given by whoever uploaded it.")
+    source: ObjectSource = Field(default=ObjectSource(), description="How its file became metres.")
+    options: ObjectOptions = Field(default=ObjectOptions(), description="What was said of the object beside its shape.")
+    report: IntakeReport | CloudReport | None = Field(
+        default=None, description="What was found in its file and repaired; null for an object that came as arrays."
+    )
     extents: Vector3 = Field(description="Edge lengths of the axis-aligned bounding box, object frame [m].")
     volume: float = Field(description="Enclosed volume [m^3].")
     mass: float = Field(description="Mass, given or at the density that the planner assumes [kg].")

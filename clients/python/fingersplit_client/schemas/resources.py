@@ -1,27 +1,21 @@
 """Objects, hands, and how the service is."""
 
 from datetime import datetime
-from typing import Annotated, Literal
+from typing import Literal
 
 from pydantic import Field
 
 from fingersplit_client.schemas.base import Document, SourceName, Unit, Vector3
+from fingersplit_client.schemas.objects import CloudReport, IntakeReport, ObjectOptions
 from fingersplit_client.schemas.plan import ParallelGrasp
 
 __all__ = [
-    "CloudReport",
-    "Density",
-    "Fairing",
-    "Friction",
     "HandFinger",
     "HandInfo",
     "HandJoint",
     "Health",
     "ImportedGraspSet",
-    "IntakeReport",
-    "Mass",
     "ObjectInfo",
-    "ObjectOptions",
     "ObjectPage",
     "ParallelGraspSet",
     "ParallelGraspSetInfo",
@@ -31,63 +25,6 @@ __all__ = [
     "SessionCreate",
     "SessionInfo",
 ]
-
-
-class IntakeReport(Document):
-    """What was found in a mesh file and what was repaired."""
-
-    file_type: str = Field(description="Format that was read.")
-    unit: Unit = Field(description="Length unit the file was taken to be in.")
-    vertices_in_file: int = Field(description="Vertices found.")
-    faces_in_file: int = Field(description="Triangles found, after polygons were split into triangles.")
-    vertices: int = Field(description="Vertices left.")
-    faces: int = Field(description="Triangles left.")
-    merged_vertices: int = Field(description="Vertices joined with one at the same place.")
-    unused_vertices: int = Field(description="Vertices dropped because no kept triangle has them.")
-    degenerate_faces: int = Field(description="Triangles dropped because they have no area.")
-    duplicate_faces: int = Field(description="Triangles dropped because another has the same corners.")
-    flipped_faces: int = Field(description="Triangles turned so that their normals point out of the object.")
-    components: int = Field(description="Separate parts left.")
-    inner_parts: int = Field(description="Parts dropped because they lie inside another, such as walls of cavities.")
-    holes: int = Field(description="Holes in the surface, which are left open.")
-    hole_perimeters: list[float] = Field(description="Lengths of the ten longest rims of holes, longest first [m].")
-    boundary_edges: int = Field(description="Edges of holes, with one triangle only.")
-    nonmanifold_edges: int = Field(description="Edges that more than two triangles share.")
-    watertight: bool = Field(description="Whether the surface is closed, with one outside.")
-    area: float = Field(description="Surface area [m^2].")
-    volume: float | None = Field(description="Enclosed volume [m^3]; null where the surface is not closed.")
-
-
-class CloudReport(Document):
-    """What was found in the file of a point cloud."""
-
-    file_type: str = Field(description="Format that was read.")
-    unit: Unit = Field(description="Length unit the file was taken to be in.")
-    points_in_file: int = Field(description="Points found.")
-    points: int = Field(description="Points left.")
-    non_finite_points: int = Field(description="Points dropped because they are not numbers.")
-    repeated_points: int = Field(description="Points dropped because another is at the same place.")
-    outliers: int = Field(description="Points dropped because they stand far from all others.")
-    normals: bool = Field(description="Whether the file says where the surface faces.")
-    viewpoint: bool = Field(description="Whether it is known where the camera stood.")
-    spacing: float = Field(description="Typical distance of a point from the nearest other [m].")
-
-
-Density = Annotated[float, Field(ge=1, le=25_000)]
-Mass = Annotated[float, Field(ge=1e-6, le=100)]
-Friction = Annotated[float, Field(ge=0.01, le=5)]
-Fairing = Annotated[float, Field(ge=0, le=0.05)]
-
-
-class ObjectOptions(Document):
-    """What is known of an object beside its shape, and how it is to be prepared; null means not known."""
-
-    density: Density | None = Field(default=None, description="Density, even over the object [kg/m^3].")
-    mass: Mass | None = Field(default=None, description="Mass, instead of a density [kg].")
-    friction: Friction | None = Field(default=None, description="Coulomb friction between its surface and pads.")
-    fairing: Fairing = Field(
-        default=0.0, description="Waves of this length lose half their height by implicit fairing [m]."
-    )
 
 
 class ObjectInfo(Document):

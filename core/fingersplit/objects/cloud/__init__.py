@@ -1,6 +1,7 @@
-"""Point clouds as objects: from measured points to an object that can be planned for."""
+"""Point clouds as objects: from measured points to the outline of an object."""
 
 from fingersplit.objects.cloud.point_cloud import PointCloud
-from fingersplit.objects.cloud.preparing import MIN_POINTS, check_cloud, prepare_cloud
+from fingersplit.objects.cloud.preparing import MIN_POINTS, check_cloud, close_cloud
+from fingersplit.objects.cloud.unseen import hide_unseen
 
-__all__ = ["MIN_POINTS", "PointCloud", "check_cloud", "prepare_cloud"]
+__all__ = ["MIN_POINTS", "PointCloud", "check_cloud", "close_cloud", "hide_unseen"]

@@ -15,7 +15,7 @@ from scipy.spatial import cKDTree
 from skimage.measure import marching_cubes
 from trimesh.graph import connected_component_labels
 
-from fingersplit.errors import MeshError
+from fingersplit.errors import ObjectFileError
 from fingersplit.objects.cloud.normals import OrientedPoints
 from fingersplit.objects.mesh import Mesh
 
@@ -55,7 +55,7 @@ def reconstruct(oriented: OrientedPoints) -> Reconstruction:
     """The closed surface through oriented points.
 
     Raises:
-        MeshError: The points enclose nothing.
+        ObjectFileError: The points enclose nothing.
     """
     low, high = oriented.points.min(axis=0), oriented.points.max(axis=0)
     extent = float((high - low).max())
@@ -68,7 +68,9 @@ def reconstruct(oriented: OrientedPoints) -> Reconstruction:
     for axis in range(3):  # closed at the border of the grid, whatever happens
         np.moveaxis(winding, axis, 0)[[0, -1]] = winding.min()
     if not winding.min() < level < winding.max():
-        raise MeshError("no_volume", "The points enclose no volume: they may lie in one plane or point every way.")
+        raise ObjectFileError(
+            "no_volume", "The points enclose no volume: they may lie in one plane or point every way."
+        )
     vertices, faces, _, _ = marching_cubes(winding, level, gradient_direction="ascent")
     mesh = _main_parts(Mesh(vertices * cell + origin, faces), oriented)
     drawn, seen = _drawn_onto_points(mesh, oriented, DRAWING_REACH * max(oriented.spacing, cell))

@@ -1,4 +1,4 @@
-"""Points out of a file: pypcd4 and numpy parse what the checks of its promises let through."""
+"""Points out of a file: pypcd4 and numpy parse what the header checks let through."""
 
 import io
 import re
@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 from pypcd4.pypcd4 import PointCloud as PcdFile
 
-from fingersplit.errors import MeshError
-from fingersplit.objects.intake.promises import MAX_FACES, check_count, malformed, truncated
-from fingersplit.objects.intake.promises_pcd import check_pcd
-from fingersplit.objects.intake.promises_ply import check_ply, vertex_table
+from fingersplit.errors import ObjectFileError
+from fingersplit.objects.intake.header_checks import MAX_FACES, check_count, malformed, truncated
+from fingersplit.objects.intake.header_checks_pcd import check_pcd
+from fingersplit.objects.intake.header_checks_ply import check_ply, vertex_table
 
 __all__ = ["CLOUD_FORMATS", "RawCloud", "holds_cloud", "parse_cloud"]
 
@@ -52,23 +52,27 @@ def parse_cloud(data: bytes, file_type: str) -> RawCloud:
         file_type: One of `CLOUD_FORMATS`.
 
     Raises:
-        MeshError: The file is empty, broken or cut off, or holds no or too many points.
+        ObjectFileError: The file is empty, broken or cut off, or holds no or too many points.
     """
     if not data:
-        raise MeshError("empty", f"The file is empty (0 bytes); it should hold a point cloud as {file_type.upper()}.")
+        raise ObjectFileError(
+            "empty", f"The file is empty (0 bytes); it should hold a point cloud as {file_type.upper()}."
+        )
     try:
         with np.errstate(all="ignore"):  # numbers that are not finite are counted later
             cloud = CLOUD_FORMATS[file_type](data)
-    except MeshError:
+    except ObjectFileError:
         raise
     except MemoryError as error:
-        raise MeshError("too_many_points", "The cloud takes more memory than there is; thin it out first.") from error
+        raise ObjectFileError(
+            "too_many_points", "The cloud takes more memory than there is; thin it out first."
+        ) from error
     except Exception as error:
         # As with meshes: the parsers raise anything on broken files, and the file is at fault.
         what = f"The {file_type.upper()} file cannot be read ({type(error).__name__}: {error!s:.200})."
         raise malformed(what) from error
     if not len(cloud.points):
-        raise MeshError("no_points", "The file has no point; a cloud is needed.")
+        raise ObjectFileError("no_points", "The file has no point; a cloud is needed.")
     return cloud
 
 

@@ -1,4 +1,4 @@
-"""Triangles out of a mesh file: trimesh parses what the checks of its promises let through."""
+"""Triangles out of a mesh file: trimesh parses what the header checks let through."""
 
 import io
 from collections.abc import Callable
@@ -8,10 +8,10 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from fingersplit.errors import MeshError
-from fingersplit.objects.intake.promises import check_obj, check_off, check_stl, malformed
-from fingersplit.objects.intake.promises_glb import check_glb
-from fingersplit.objects.intake.promises_ply import check_ply
+from fingersplit.errors import ObjectFileError
+from fingersplit.objects.intake.header_checks import check_obj, check_off, check_stl, malformed
+from fingersplit.objects.intake.header_checks_glb import check_glb
+from fingersplit.objects.intake.header_checks_ply import check_ply
 
 __all__ = ["CHECKS", "parse"]
 
@@ -22,7 +22,7 @@ CHECKS: dict[str, Callable[[bytes], bytes]] = {
     "off": check_off,
     "glb": check_glb,
 }
-"""Check of what each file type promises, by its suffix; it returns the bytes that trimesh may see."""
+"""Check of each file type, by its suffix; it returns the bytes that trimesh may see."""
 
 
 def parse(data: bytes, file_type: str) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
@@ -37,28 +37,30 @@ def parse(data: bytes, file_type: str) -> tuple[NDArray[np.float64], NDArray[np.
         is merged, turned or dropped.
 
     Raises:
-        MeshError: The file is empty, broken or cut off, or holds no or too many faces.
+        ObjectFileError: The file is empty, broken or cut off, or holds no or too many faces.
     """
     if not data or data.isspace():
-        raise MeshError(
+        raise ObjectFileError(
             "empty", f"The file is empty ({len(data)} bytes); it should hold a mesh as {file_type.upper()}."
         )
     try:
         vertices, faces = _load(CHECKS[file_type](data), file_type)
-    except MeshError:
+    except ObjectFileError:
         raise
     except MemoryError as error:
-        raise MeshError("too_many_faces", "The mesh takes more memory than there is; simplify it first.") from error
+        raise ObjectFileError(
+            "too_many_faces", "The mesh takes more memory than there is; simplify it first."
+        ) from error
     except Exception as error:
         # On broken files json, numpy and trimesh's loaders raise anything from KeyError and AssertionError to
         # RecursionError; whichever it is, the file is at fault.
         what = f"The {file_type.upper()} file cannot be read ({type(error).__name__}: {error!s:.200})."
         raise malformed(what) from error
     if not len(faces):
-        raise MeshError("no_faces", "The file has no face; a surface is needed.")
+        raise ObjectFileError("no_faces", "The file has no face; a surface is needed.")
     wrong = (faces < 0) | (faces >= len(vertices))
     if wrong.any():
-        raise MeshError(
+        raise ObjectFileError(
             "index_out_of_range",
             f"A face names vertex {faces[wrong][0]}, but the file has {len(vertices):,} vertices; "
             f"indices go from 0 to {len(vertices) - 1}.",

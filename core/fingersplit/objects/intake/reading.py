@@ -1,20 +1,18 @@
 """From a file's bytes to a `Mesh`, step by step, with the refusals on the way."""
 
-from pathlib import Path
-
 import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from fingersplit.errors import MeshError
+from fingersplit.errors import ObjectFileError
 from fingersplit.objects.intake.cleaning import drop_needless_faces, faces_at_edges, merge_vertices, turn_outwards
 from fingersplit.objects.intake.parsing import CHECKS, parse
 from fingersplit.objects.intake.report import LISTED_HOLES, IntakeReport
 from fingersplit.objects.intake.shells import drop_inner_parts, find_holes
-from fingersplit.objects.intake.units import check_extent, meters_per
 from fingersplit.objects.mesh import Mesh
+from fingersplit.objects.source import ObjectSource
 
-__all__ = ["check_finite", "load_mesh", "read_file", "read_mesh"]
+__all__ = ["check_finite", "read_mesh"]
 
 MIN_PAIRED_SIDES = 0.5
 """Least share of triangle sides that meet exactly one other triangle.
@@ -28,29 +26,7 @@ _NO_VOLUME = 1e-9  # of the cubed extent, a thousandth of a needle's
 _NO_THICKNESS = 1e-6  # of the extent
 
 
-def load_mesh(path: Path, unit: str = "m") -> tuple[Mesh, IntakeReport]:
-    """Read a mesh file whose suffix tells the format; see `read_mesh`.
-
-    Raises:
-        MeshError: As `read_mesh`, and ``unreadable`` where the file cannot be opened.
-    """
-    file_type = _known_format(path.suffix)
-    return read_mesh(read_file(path), file_type, unit)
-
-
-def read_file(path: Path) -> bytes:
-    """The bytes of a file.
-
-    Raises:
-        MeshError: It cannot be opened or read.
-    """
-    try:
-        return path.read_bytes()
-    except OSError as error:
-        raise MeshError("unreadable", f"Cannot read {str(path)!r}: {error.strerror}.") from error
-
-
-def read_mesh(data: bytes, file_type: str, unit: str = "m") -> tuple[Mesh, IntakeReport]:
+def read_mesh(data: bytes, file_type: str, source: ObjectSource | None = None) -> tuple[Mesh, IntakeReport]:
     """Turn a mesh file into a clean surface: repair what has one right answer, refuse the rest.
 
     Coincident vertices are merged, degenerate and duplicate faces and unused vertices dropped, faces turned so that
@@ -60,23 +36,23 @@ def read_mesh(data: bytes, file_type: str, unit: str = "m") -> tuple[Mesh, Intak
     Args:
         data: The file's bytes.
         file_type: Format, with or without a leading dot: stl, obj, ply, off or glb.
-        unit: Length unit of the file's numbers, a key of `UNITS`.
+        source: Unit and scale of the file's numbers; None for metres.
 
     Returns:
         The surface in metres, and what was found and done.
 
     Raises:
-        MeshError: The file, or what it holds, is no graspable object; ``code`` names the fault.
+        ObjectFileError: The file, or what it holds, is no graspable object; ``code`` names the fault.
     """
-    scale = meters_per(unit)
+    source = source or ObjectSource()
     file_type = _known_format(file_type)
     vertices, faces = parse(data, file_type)
     check_finite(vertices)
     with np.errstate(over="ignore"):  # too large is refused next
-        surface = trimesh.Trimesh(vertices * scale, faces, process=False)
+        surface = trimesh.Trimesh(vertices * source.meters, faces, process=False)
         surface.remove_unreferenced_vertices()
         extent = float(np.ptp(surface.vertices, axis=0).max())
-    check_extent(extent, unit)
+    source.check_extent(extent)
     merged = merge_vertices(surface, extent)
     degenerate, duplicate = drop_needless_faces(surface, extent)
     _check_area(surface.area, extent)
@@ -89,7 +65,8 @@ def read_mesh(data: bytes, file_type: str, unit: str = "m") -> tuple[Mesh, Intak
     _check_volume(mesh, extent)
     return mesh, IntakeReport(
         file_type=file_type,
-        unit=unit,
+        unit=source.unit,
+        scale=source.scale,
         vertices_in_file=len(vertices),
         faces_in_file=len(faces),
         vertices=len(mesh.vertices),
@@ -114,7 +91,7 @@ def read_mesh(data: bytes, file_type: str, unit: str = "m") -> tuple[Mesh, Intak
 def _known_format(name: str) -> str:
     file_type = name.lower().removeprefix(".")
     if file_type not in CHECKS:
-        raise MeshError("unknown_format", f"Unknown mesh format {name!r}; known formats: {', '.join(CHECKS)}.")
+        raise ObjectFileError("unknown_format", f"Unknown mesh format {name!r}; known formats: {', '.join(CHECKS)}.")
     return file_type
 
 
@@ -122,12 +99,12 @@ def check_finite(vertices: NDArray[np.float64]) -> None:
     """Refuse coordinates that are no numbers.
 
     Raises:
-        MeshError: With the first such vertex.
+        ObjectFileError: With the first such vertex.
     """
     broken = ~np.isfinite(vertices).all(axis=1)
     if broken.any():
         first = int(np.argmax(broken))
-        raise MeshError(
+        raise ObjectFileError(
             "non_finite",
             f"{np.count_nonzero(broken):,} of {len(vertices):,} vertices are not finite; the first is number "
             f"{first + 1} with {tuple(vertices[first].tolist())}. Every coordinate must be a number.",
@@ -136,7 +113,7 @@ def check_finite(vertices: NDArray[np.float64]) -> None:
 
 def _check_area(area: float, extent: float) -> None:
     if area <= _NO_AREA * extent**2:
-        raise MeshError(
+        raise ObjectFileError(
             "no_area",
             "The faces have no area: their corners coincide or lie on one line; an object needs a surface.",
         )
@@ -145,7 +122,7 @@ def _check_area(area: float, extent: float) -> None:
 def _check_solid(n_faces_at_edges: NDArray[np.int64]) -> None:
     paired_sides = 2 * np.count_nonzero(n_faces_at_edges == 2) / n_faces_at_edges.sum()
     if paired_sides < MIN_PAIRED_SIDES:
-        raise MeshError(
+        raise ObjectFileError(
             "not_solid",
             f"Only {paired_sides:.1%} of the triangle sides meet exactly one other triangle, and up to "
             f"{n_faces_at_edges.max()} triangles share one edge: these are loose triangles, not the surface of a "
@@ -157,4 +134,4 @@ def _check_volume(mesh: Mesh, extent: float) -> None:
     thinnest = np.linalg.eigvalsh(np.cov(mesh.vertices, rowvar=False))[0]
     flat = np.sqrt(max(thinnest, 0.0)) < _NO_THICKNESS * extent
     if flat or (mesh.watertight and mesh.volume < _NO_VOLUME * extent**3):
-        raise MeshError("no_volume", "The surface is flat or folded on itself: it encloses no volume to be held.")
+        raise ObjectFileError("no_volume", "The surface is flat or folded on itself: it encloses no volume to be held.")

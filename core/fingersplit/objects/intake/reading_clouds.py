@@ -1,85 +1,49 @@
-"""From a file's bytes to a `PointCloud`, and from any file to a mesh or a cloud."""
-
-from pathlib import Path
+"""From a file's bytes to a `PointCloud`."""
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from fingersplit.errors import MeshError
+from fingersplit.errors import ObjectFileError
 from fingersplit.objects.cloud import MIN_POINTS, PointCloud, check_cloud
 from fingersplit.objects.cloud.normals import find_outliers
-from fingersplit.objects.intake.cloud_parsing import CLOUD_FORMATS, RawCloud, holds_cloud, parse_cloud
-from fingersplit.objects.intake.parsing import CHECKS
-from fingersplit.objects.intake.reading import read_file, read_mesh
-from fingersplit.objects.intake.report import CloudReport, IntakeReport
-from fingersplit.objects.intake.units import check_extent, meters_per
-from fingersplit.objects.mesh import Mesh
+from fingersplit.objects.intake.cloud_parsing import RawCloud, parse_cloud
+from fingersplit.objects.intake.report import CloudReport
+from fingersplit.objects.source import ObjectSource
 
-__all__ = ["FORMATS", "load_object", "read_cloud", "read_object"]
-
-FORMATS = tuple(dict.fromkeys([*CHECKS, *CLOUD_FORMATS]))
-"""Suffixes of all files that can be read."""
+__all__ = ["read_cloud"]
 
 
-def load_object(
-    path: Path, unit: str = "m", viewpoint: tuple[float, float, float] | None = None
-) -> tuple[Mesh, IntakeReport] | tuple[PointCloud, CloudReport]:
-    """Read the file of a mesh or a point cloud, whose suffix tells the format; see `read_object`."""
-    return read_object(read_file(path), path.suffix, unit, viewpoint)
+def read_cloud(data: bytes, file_type: str, source: ObjectSource | None = None) -> tuple[PointCloud, CloudReport]:
+    """Turn the file of a point cloud into points in metres, without what is no point of the object.
 
-
-def read_object(
-    data: bytes, file_type: str, unit: str = "m", viewpoint: tuple[float, float, float] | None = None
-) -> tuple[Mesh, IntakeReport] | tuple[PointCloud, CloudReport]:
-    """Turn a file into a clean surface or a point cloud.
+    Points that are not finite, that repeat another or that stand far from all others are dropped.
 
     Args:
         data: The file's bytes.
-        file_type: Format, with or without a leading dot: one of `FORMATS`. A PLY file without faces is a cloud.
-        unit: Length unit of the file's numbers, a key of `UNITS`.
-        viewpoint: Where the camera stood that saw the cloud, in the file's frame and unit; None for what the file says.
-
-    Returns:
-        The mesh or the cloud in metres, and what was found and done.
+        file_type: Key of `CLOUD_FORMATS`.
+        source: Unit and scale of the file's numbers, and where the camera stood; None for metres.
 
     Raises:
-        MeshError: The file, or what it holds, is no graspable object, or a viewpoint is given for a mesh.
+        ObjectFileError: The file holds no cloud of an object; ``code`` names the fault.
     """
-    name = file_type.lower().removeprefix(".")
-    if name not in FORMATS:
-        raise MeshError("unknown_format", f"Unknown format {file_type!r}; known formats: {', '.join(FORMATS)}.")
-    if holds_cloud(data, name):
-        return read_cloud(data, name, unit, viewpoint)
-    if viewpoint is not None:
-        raise MeshError("needless_viewpoint", "A viewpoint belongs to a point cloud, but the file holds a mesh.")
-    return read_mesh(data, name, unit)
-
-
-def read_cloud(
-    data: bytes, file_type: str, unit: str = "m", viewpoint: tuple[float, float, float] | None = None
-) -> tuple[PointCloud, CloudReport]:
-    """Turn the file of a point cloud into points in metres, without what is no point of the object.
-
-    Points that are not finite, that repeat another or that stand far from all others are dropped. Arguments and
-    errors are those of `read_object`.
-    """
-    scale = meters_per(unit)
+    source = source or ObjectSource()
     raw = parse_cloud(data, file_type)
-    if viewpoint is not None:
-        raw = raw._replace(viewpoint=np.array(viewpoint, dtype=np.float64))
+    if source.viewpoint is not None:
+        raw = raw._replace(viewpoint=np.array(source.viewpoint))
     if raw.viewpoint is not None and not np.isfinite(raw.viewpoint).all():
-        raise MeshError("non_finite", f"The viewpoint {raw.viewpoint.tolist()} must be three numbers.")
+        raise ObjectFileError("non_finite", f"The viewpoint {raw.viewpoint.tolist()} must be three numbers.")
     kept, counts = _kept(raw)
-    points = raw.points[kept] * scale
+    points = raw.points[kept] * source.meters
     if len(points):
-        check_extent(float(np.ptp(points, axis=0).max()), unit)
+        source.check_extent(float(np.ptp(points, axis=0).max()))
     check_cloud(points)
     normals = None if raw.normals is None else _usable(raw.normals[kept])
-    cloud = PointCloud(points, normals, None if raw.viewpoint is None else raw.viewpoint * scale)
+    cloud = PointCloud(points, normals, None if raw.viewpoint is None else raw.viewpoint * source.meters)
     return cloud, CloudReport(
         file_type=file_type,
-        unit=unit,
+        unit=source.unit,
+        scale=source.scale,
         points_in_file=len(raw.points),
         points=len(points),
         **counts,

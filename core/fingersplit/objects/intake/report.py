@@ -3,7 +3,7 @@
 from dataclasses import asdict, dataclass
 from typing import Any
 
-__all__ = ["LISTED_HOLES", "CloudReport", "IntakeReport"]
+__all__ = ["LISTED_HOLES", "CloudReport", "IntakeReport", "report_from_document"]
 
 LISTED_HOLES = 10
 """Most holes whose rims are listed one by one."""
@@ -16,6 +16,7 @@ class IntakeReport:
     Attributes:
         file_type: Format that was read.
         unit: Length unit that the file was taken to be in.
+        scale: What the numbers of the file were multiplied by besides.
         vertices_in_file: Vertices found.
         faces_in_file: Triangles found, polygons counted as the triangles they were split into.
         vertices: Vertices left.
@@ -38,6 +39,7 @@ class IntakeReport:
 
     file_type: str
     unit: str
+    scale: float
     vertices_in_file: int
     faces_in_file: int
     vertices: int
@@ -72,6 +74,7 @@ class CloudReport:
     Attributes:
         file_type: Format that was read.
         unit: Length unit that the file was taken to be in.
+        scale: What the numbers of the file were multiplied by besides.
         points_in_file: Points found.
         points: Points left.
         non_finite_points: Points dropped because they are not numbers, such as pixels without depth.
@@ -84,6 +87,7 @@ class CloudReport:
 
     file_type: str
     unit: str
+    scale: float
     points_in_file: int
     points: int
     non_finite_points: int
@@ -96,3 +100,8 @@ class CloudReport:
     def to_document(self) -> dict[str, Any]:
         """The same as plain values for JSON."""
         return asdict(self)
+
+
+def report_from_document(document: dict[str, Any]) -> IntakeReport | CloudReport:
+    """The report that ``to_document`` wrote."""
+    return CloudReport(**document) if "points" in document else IntakeReport(**document)

@@ -3,17 +3,18 @@
 import numpy as np
 import pytest
 
-from fingersplit.errors import MeshError
-from fingersplit.objects.cloud import MIN_POINTS, PointCloud, prepare_cloud
+from fingersplit.errors import ObjectFileError
+from fingersplit.objects.cloud import MIN_POINTS, PointCloud
 from fingersplit.objects.cloud.normals import find_outliers, orient_points
 from fingersplit.objects.cloud.unseen import estimate_viewpoint
-from fingersplit.objects.intake import load_mesh
+from fingersplit.objects.intake import read_file
 from fingersplit.objects.mesh import Mesh
-from fingersplit.objects.model import ObjectModel, prepare_object
+from fingersplit.objects.model import ObjectModel
 from fingersplit.objects.options import ObjectOptions
 from fingersplit.objects.parametric import PARAMETRIC_OBJECTS
+from fingersplit.objects.preparing import prepare_object
 from fingersplit.objects.scatter import scatter
-from fingersplit.objects.signed_distance import rough_distance
+from fingersplit.objects.signed_distance_kernel import rough_distance
 from fingersplit.planning.planning import plan
 from one_view import one_view
 
@@ -29,7 +30,7 @@ def all_around(mesh: Mesh, noise: float = 0.5e-3, count: int = 12_000) -> PointC
 
 @pytest.fixture(scope="module")
 def half_ball() -> ObjectModel:
-    return prepare_cloud(one_view(PARAMETRIC_OBJECTS["sphere"](), (0, 0, 1)))
+    return prepare_object(one_view(PARAMETRIC_OBJECTS["sphere"](), (0, 0, 1)))
 
 
 def test_points_far_from_all_others_are_outliers():
@@ -59,7 +60,7 @@ def test_normals_of_one_view_point_out(name, known):
 @pytest.mark.parametrize("name", ["sphere", "bottle", "l_bracket"])
 def test_cloud_from_all_around_is_the_object(exact_mesh, name):
     mesh = PARAMETRIC_OBJECTS[name]()
-    model = prepare_cloud(all_around(mesh))
+    model = prepare_object(all_around(mesh))
     assert model.mesh.watertight
     assert model.mesh.volume == pytest.approx(mesh.volume, rel=0.04)
     assert model.seen > 0.97
@@ -104,7 +105,7 @@ def test_space_behind_the_seen_side_is_object(half_ball):
 
 
 def test_direction_of_the_view_is_found_from_the_normals(half_ball):
-    model = prepare_cloud(PointCloud(one_view(PARAMETRIC_OBJECTS["sphere"](), (0, 0, 1)).points))
+    model = prepare_object(PointCloud(one_view(PARAMETRIC_OBJECTS["sphere"](), (0, 0, 1)).points))
     assert model.seen == pytest.approx(half_ball.seen, abs=0.05)
     assert rough_distance(model.distance, (0.0, 0.0, -0.02)) < 0
     assert model.collision.points[:, 2].min() == pytest.approx(-RADIUS, abs=8e-3)
@@ -112,8 +113,8 @@ def test_direction_of_the_view_is_found_from_the_normals(half_ball):
 
 def test_same_cloud_gives_the_same_model(half_ball):
     cloud = one_view(PARAMETRIC_OBJECTS["sphere"](), (0, 0, 1))
-    again = prepare_cloud(cloud)
-    assert again.content_hash == half_ball.content_hash == cloud.content_hash
+    again = prepare_object(cloud)
+    assert again.id == half_ball.id == cloud.content_hash
     for name, array in again.to_arrays().items():
         np.testing.assert_array_equal(array, half_ball.to_arrays()[name], err_msg=name)
     assert PointCloud(cloud.points).content_hash != cloud.content_hash
@@ -122,11 +123,11 @@ def test_same_cloud_gives_the_same_model(half_ball):
 def test_outliers_and_mass_are_taken_care_of():
     cloud = one_view(PARAMETRIC_OBJECTS["bottle"](), FROM_ABOVE)
     strays = np.random.default_rng(2).uniform(-0.25, 0.25, (100, 3))
-    model = prepare_cloud(
+    model = prepare_object(
         PointCloud(np.concatenate([strays, cloud.points]), viewpoint=cloud.viewpoint), "b", ObjectOptions(mass=0.4)
     )
     assert model.mass == 0.4
-    clean = prepare_cloud(cloud)
+    clean = prepare_object(cloud)
     np.testing.assert_allclose(model.mesh.bounds, clean.mesh.bounds, atol=0.01)
 
 
@@ -138,8 +139,8 @@ def test_outliers_and_mass_are_taken_care_of():
     ],
 )
 def test_clouds_that_show_no_solid_are_refused(points, code):
-    with pytest.raises(MeshError) as refusal:
-        prepare_cloud(PointCloud(points))
+    with pytest.raises(ObjectFileError) as refusal:
+        prepare_object(PointCloud(points))
     assert refusal.value.code == code
 
 
@@ -147,7 +148,7 @@ def test_clouds_that_show_no_solid_are_refused(points, code):
 def test_one_noisy_view_plans_to_feasible_grasps_with_contacts_on_what_was_seen(barrett, exact_mesh, name):
     mesh = PARAMETRIC_OBJECTS[name]()
     cloud = one_view(mesh, (1.0, 0.3, 0.4))
-    model = prepare_cloud(cloud, name)
+    model = prepare_object(cloud, name)
     result = plan(model, barrett, starts=32)
     assert result.feasible > 0
     for grasp in result.grasps:
@@ -160,7 +161,7 @@ def test_one_noisy_view_plans_to_feasible_grasps_with_contacts_on_what_was_seen(
 @pytest.mark.campaign
 def test_one_noisy_view_of_any_object_plans_to_feasible_grasps(every_object, barrett):
     feasible = [
-        plan(prepare_cloud(one_view(every_object.mesh, towards)), barrett).feasible
+        plan(prepare_object(one_view(every_object.mesh, towards)), barrett).feasible
         for towards in ((1.0, 0.3, 0.4), (0.0, -1.0, 0.5), (-0.4, 0.2, 1.0))
     ]
     assert sum(count > 0 for count in feasible) >= 2, feasible
@@ -174,5 +175,5 @@ def test_meshes_with_holes_and_with_few_vertices_plan_to_feasible_grasps(objects
         holed = np.linalg.norm(centers - centers[centers[:, 1].argmax()], axis=1) > 0.012
         mesh = Mesh(mesh.vertices, mesh.faces[holed])
     else:
-        mesh, _ = load_mesh(objects_folder / f"{name}.ply")
+        mesh, _ = read_file(objects_folder / f"{name}.ply")
     assert plan(prepare_object(mesh, name), barrett, starts=32).feasible > 0

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fingersplit.errors import MeshError
-from fingersplit.objects.intake.promises import (
+from fingersplit.errors import ObjectFileError
+from fingersplit.objects.intake.header_checks import (
     MAX_FACES,
     MAX_FACES_AS_TEXT,
     check_count,
@@ -21,7 +21,7 @@ from fingersplit.objects.intake.promises import (
 __all__ = ["check_ply", "vertex_table"]
 
 _HEADER = re.compile(rb"ply[ \t]*\r?\n(.*?)\bend_header[ \t]*\r?\n", re.DOTALL)
-_LONGEST_HEADER = 65_536  # bytes
+_MAX_HEADER = 65_536  # bytes
 _BYTE_ORDERS = {"ascii": "=", "binary_little_endian": "<", "binary_big_endian": ">"}
 _WHOLE = {
     **{"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4"},
@@ -48,16 +48,16 @@ class _Element:
 
 def check_ply(data: bytes) -> bytes:
     """Check a PLY file; what is no position or corner gets a name that no parser makes colours or lines of."""
-    header = _HEADER.match(data[:_LONGEST_HEADER])
+    header = _HEADER.match(data[:_MAX_HEADER])
     if header is None:
-        raise MeshError("not_ply", "The file has no PLY header: lines from 'ply' to 'end_header'.")
+        raise ObjectFileError("not_ply", "The file has no PLY header: lines from 'ply' to 'end_header'.")
     kept, elements = _read_header(header[1].decode("latin1"))
     _check_names(elements)
     body = data[header.end() :]
     n_rows = sum(element.count for element in elements)
     if n_rows > len(body):
-        promised = " and ".join(f"{element.count:,} {element.name} rows" for element in elements[:3])
-        raise truncated(promised, f"{len(body):,} bytes for them")
+        announced = " and ".join(f"{element.count:,} {element.name} rows" for element in elements[:3])
+        raise truncated(announced, f"{len(body):,} bytes for them")
     check_count(sum(element.count for element in elements if element.name == "face"), MAX_FACES)
     if "ascii" not in kept[1] and not _rows_alike(elements, body):
         # Where polygons differ in their numbers of corners, trimesh reads the ASCII form only.
@@ -72,7 +72,7 @@ def check_ply(data: bytes) -> bytes:
 
 def vertex_table(data: bytes) -> NDArray[Any]:
     """The vertices of a PLY file that `check_ply` let through, as records with all of their properties."""
-    header = _HEADER.match(data[:_LONGEST_HEADER])
+    header = _HEADER.match(data[:_MAX_HEADER])
     assert header is not None
     text = header[1].decode("latin1")
     kept, elements = _read_header(text)

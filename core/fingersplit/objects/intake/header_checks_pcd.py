@@ -5,12 +5,12 @@ from typing import Any
 
 import numpy as np
 
-from fingersplit.errors import MeshError
-from fingersplit.objects.intake.promises import MAX_FACES, check_count, malformed, mismatch, truncated
+from fingersplit.errors import ObjectFileError
+from fingersplit.objects.intake.header_checks import MAX_FACES, check_count, malformed, mismatch, truncated
 
 __all__ = ["check_pcd"]
 
-_LONGEST_HEADER = 65_536  # bytes
+_MAX_HEADER = 65_536  # bytes
 _DATA = re.compile(rb"^DATA[ \t]+(ascii|binary|binary_compressed)[ \t]*\r?\n", re.MULTILINE)
 _TYPES = {"F4", "F8", "I1", "I2", "I4", "I8", "U1", "U2", "U4", "U8"}
 _KINDS = {"F": "f", "I": "i", "U": "u"}
@@ -18,9 +18,9 @@ _KINDS = {"F": "f", "I": "i", "U": "u"}
 
 def check_pcd(data: bytes) -> bytes:
     """Check a PCD file; the header is written anew, with what a parser needs and nothing else."""
-    end = _DATA.search(data, 0, _LONGEST_HEADER)
+    end = _DATA.search(data, 0, _MAX_HEADER)
     if end is None:
-        raise MeshError("not_pcd", "The file has no PCD header: lines from 'VERSION' or 'FIELDS' to 'DATA'.")
+        raise ObjectFileError("not_pcd", "The file has no PCD header: lines from 'VERSION' or 'FIELDS' to 'DATA'.")
     header = _read_header(data[: end.start()].decode("latin1"))
     count = _number(header, "POINTS") if "POINTS" in header else _number(header, "WIDTH") * _number(header, "HEIGHT")
     dtype = _row_type(header)

@@ -5,8 +5,8 @@ import struct
 from collections.abc import Iterable, Iterator
 from typing import Any
 
-from fingersplit.errors import MeshError
-from fingersplit.objects.intake.promises import MAX_FACES, check_count, malformed, truncated
+from fingersplit.errors import ObjectFileError
+from fingersplit.objects.intake.header_checks import MAX_FACES, check_count, malformed, truncated
 
 __all__ = ["check_glb"]
 
@@ -32,10 +32,10 @@ def check_glb(data: bytes) -> bytes:
 def _read_chunks(data: bytes) -> tuple[bytes, bytes]:
     """The JSON text and the binary chunk, with every length compared with the file's."""
     if data[:4] != b"glTF" or len(data) < 20:
-        raise MeshError("not_glb", "The file does not start with the 'glTF' header of a GLB file.")
+        raise ObjectFileError("not_glb", "The file does not start with the 'glTF' header of a GLB file.")
     version, length = struct.unpack_from("<II", data, 4)
     if version != 2:
-        raise MeshError("not_glb", f"The GLB file has version {version}; version 2 is needed.")
+        raise ObjectFileError("not_glb", f"The GLB file has version {version}; version 2 is needed.")
     if length > len(data):
         raise truncated(f"{length:,} bytes", f"{len(data):,}")
     chunks, offset = dict[bytes, bytes](), 12
@@ -52,7 +52,9 @@ def _kept_document(document: _Entry, n_bytes: int) -> _Entry:
     """The parts of a glTF document that place triangles; entries that those do not use are left empty."""
     packed = _REPACKED & set(document.get("extensionsRequired", []))
     if packed:
-        raise MeshError("compressed", f"The GLB geometry is packed with {min(packed)}; export it without compression.")
+        raise ObjectFileError(
+            "compressed", f"The GLB geometry is packed with {min(packed)}; export it without compression."
+        )
     meshes = [{"primitives": list(_kept_primitives(mesh))} for mesh in document["meshes"]]
     nodes = [{key: node[key] for key in _PLACING if key in node} for node in document["nodes"]]
     roots = _entry(document, "scenes", document.get("scene", 0)).get("nodes", [])
@@ -107,7 +109,7 @@ def _checked_accessor(document: _Entry, index: int, kind: str, n_bytes: int) -> 
         raise malformed(f"GLB accessor {index} is no plain list of {kind} values.")
     view = _entry(document, "bufferViews", accessor["bufferView"])
     if view["buffer"] != 0 or "uri" in _entry(document, "buffers", 0):
-        raise MeshError("external_data", "The GLB geometry lies in another file; export it as a single GLB.")
+        raise ObjectFileError("external_data", "The GLB geometry lies in another file; export it as a single GLB.")
     width = _COMPONENT_BYTES[kind][accessor["componentType"]] * (3 if kind == "VEC3" else 1)
     count, first, start = accessor["count"], accessor.get("byteOffset", 0), view.get("byteOffset", 0)
     stride = view.get("byteStride", width)

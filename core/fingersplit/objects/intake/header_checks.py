@@ -1,4 +1,4 @@
-"""What a mesh file promises, compared with what it holds, before a parser believes it.
+"""The counts in a mesh file's header, compared with what the file holds, before a parser relies on them.
 
 Each check takes a file's bytes and returns those that a parser may see: only what places triangles, with no names,
 colours, textures, comments or references to other files.
@@ -6,7 +6,7 @@ colours, textures, comments or references to other files.
 
 import re
 
-from fingersplit.errors import MeshError
+from fingersplit.errors import ObjectFileError
 
 __all__ = [
     "MAX_FACES",
@@ -32,24 +32,24 @@ _OFF_HEADER = re.compile(rb"\s*(?:ST)?C?N?OFF\s+(\d{1,18})\s+(\d{1,18})(?:[ \t]+
 
 def check_stl(data: bytes) -> bytes:
     """Check an STL file; a binary one is known by its length, since its header too may start with ``solid``."""
-    promised = int.from_bytes(data[_STL_HEADER - 4 : _STL_HEADER], "little")
-    if len(data) == _STL_HEADER + promised * _STL_FACET:
-        check_count(promised, MAX_FACES)
+    announced = int.from_bytes(data[_STL_HEADER - 4 : _STL_HEADER], "little")
+    if len(data) == _STL_HEADER + announced * _STL_FACET:
+        check_count(announced, MAX_FACES)
         return data
     if len(data[:1024].translate(None, _CONTROL_CHARACTERS)) == len(data[:1024]):
         return _check_ascii_stl(data.lower())
     if len(data) < _STL_HEADER:
         raise truncated(f"a binary STL header of {_STL_HEADER} bytes", f"{len(data)} bytes in all")
     present = (len(data) - _STL_HEADER) // _STL_FACET
-    if present < promised:
-        raise truncated(f"{promised:,} triangles", f"{present:,}")
-    raise mismatch(f"The STL header says {promised:,} triangles, but the file has bytes for {present:,}.")
+    if present < announced:
+        raise truncated(f"{announced:,} triangles", f"{present:,}")
+    raise mismatch(f"The STL header says {announced:,} triangles, but the file has bytes for {present:,}.")
 
 
 def _check_ascii_stl(text: bytes) -> bytes:
     facets = len(re.findall(rb"^[ \t]*facet\b", text, re.MULTILINE))
     if not text.lstrip().startswith(b"solid") or not facets:
-        raise MeshError(
+        raise ObjectFileError(
             "not_stl",
             "The file is plain text without an STL surface; an ASCII STL starts with 'solid' and lists "
             "'facet' blocks of three 'vertex' lines.",
@@ -82,7 +82,7 @@ def check_obj(data: bytes) -> bytes:
             corners = _obj_corners(words[1:], number, len(points), n_vertices)
             polygons.append("f " + " ".join(map(str, corners)))
     if not points and not polygons:
-        raise MeshError("not_obj", "The file has neither 'v' nor 'f' lines, so it is no OBJ mesh.")
+        raise ObjectFileError("not_obj", "The file has neither 'v' nor 'f' lines, so it is no OBJ mesh.")
     return b"\n".join(points) + b"\n" + "\n".join(polygons).encode()
 
 
@@ -96,7 +96,7 @@ def _obj_corners(words: list[bytes], line: int, n_above: int, n_vertices: int) -
         raise malformed(f"The face on line {line} holds something other than whole numbers: {error!s:.99}.") from error
     for corner in corners:
         if not (0 < corner <= n_vertices or -n_above <= corner < 0):
-            raise MeshError(
+            raise ObjectFileError(
                 "index_out_of_range",
                 f"The face on line {line} names vertex {corner!s:.30}, but the file has {n_vertices:,} vertices, "
                 f"{n_above:,} of them above that line; OBJ counts from 1, or from -1 backwards.",
@@ -109,16 +109,16 @@ def check_off(data: bytes) -> bytes:
     text = re.sub(rb"#[^\r\n]*", b"", data)
     header = _OFF_HEADER.match(text)
     if header is None:
-        raise MeshError(
+        raise ObjectFileError(
             "not_off", "The file does not start with 'OFF' and the numbers of vertices and faces on a line."
         )
     n_vertices, n_faces = int(header[1]), int(header[2])
     lines = [line for line in text[header.end() :].splitlines() if line.strip()]
-    promise = f"{n_vertices:,} vertices and {n_faces:,} faces, a line each"
+    announced = f"{n_vertices:,} vertices and {n_faces:,} faces, a line each"
     if len(lines) < n_vertices + n_faces:
-        raise truncated(promise, f"{len(lines):,} lines")
+        raise truncated(announced, f"{len(lines):,} lines")
     if len(lines) > n_vertices + n_faces:
-        raise mismatch(f"The header says {promise}, but {len(lines):,} lines follow.")
+        raise mismatch(f"The header says {announced}, but {len(lines):,} lines follow.")
     check_count(n_vertices, MAX_FACES_AS_TEXT, "vertices")
     check_count(n_faces, MAX_FACES_AS_TEXT)
     for face, words in enumerate(map(bytes.split, lines[n_vertices:])):
@@ -127,21 +127,21 @@ def check_off(data: bytes) -> bytes:
     return b"OFF\n%d %d 0\n" % (n_vertices, n_faces) + b"\n".join(lines)
 
 
-def malformed(what: str) -> MeshError:
+def malformed(what: str) -> ObjectFileError:
     """The error for a file that breaks its format's rules."""
-    return MeshError("malformed", f"{what} Export the mesh again.")
+    return ObjectFileError("malformed", f"{what} Export the mesh again.")
 
 
-def mismatch(what: str) -> MeshError:
+def mismatch(what: str) -> ObjectFileError:
     """The error for a file that goes on behind all that it announces."""
-    return MeshError("count_mismatch", f"{what} The two must agree. Export the mesh again.")
+    return ObjectFileError("count_mismatch", f"{what} The two must agree. Export the mesh again.")
 
 
-def truncated(promised: str, present: str) -> MeshError:
+def truncated(announced: str, present: str) -> ObjectFileError:
     """The error for a file that ends before all that it announces."""
-    return MeshError(
+    return ObjectFileError(
         "truncated",
-        f"The file promises {promised}, but has {present}: it is cut off or its header is wrong. "
+        f"The header announces {announced}, but the file has {present}: it is cut off or its header is wrong. "
         "Copy or export it again.",
     )
 
@@ -149,7 +149,7 @@ def truncated(promised: str, present: str) -> MeshError:
 def check_count(count: int, most: int, what: str = "faces") -> None:
     """Refuse more faces, or other things, than there may be, before any memory is spent on them."""
     if count > most:
-        raise MeshError(
+        raise ObjectFileError(
             "too_many_faces",
             f"The mesh has {count:,} {what}, more than the limit of {most:,}; simplify it first.",
         )
