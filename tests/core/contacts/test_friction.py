@@ -8,7 +8,7 @@ from fingersplit.contacts.friction import DEFAULT_FRICTION, planned_friction, wi
 from fingersplit.errors import SettingsError
 from fingersplit.objects.options import ObjectOptions
 from fingersplit.objects.parametric import cylinder
-from fingersplit.objects.preparing import prepare
+from fingersplit.objects.preparing import prepare_object
 from fingersplit.planning.planning import plan
 
 
@@ -44,7 +44,7 @@ def test_a_friction_among_the_settings_is_taken_from_them():
 
 
 def test_plan_names_the_friction_it_used(barrett):
-    slippery = prepare(cylinder(), "can", ObjectOptions(friction=0.25))
+    slippery = prepare_object(cylinder(), "can", ObjectOptions(friction=0.25))
     known, asked = plan(slippery, barrett, starts=4), plan(slippery, barrett, starts=4, friction=0.8)
     assert (known.friction, asked.friction) == (0.25, 0.8)
     assert known.grasps[0].holding.frictions.max() <= 0.25 < asked.grasps[0].holding.frictions.max()
