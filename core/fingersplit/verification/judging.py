@@ -9,9 +9,9 @@ from fingersplit.hands.hand import Hand
 from fingersplit.transforms import wxyz_from_rotation
 from fingersplit.verification.protocol import Branch, Phase, Protocol
 from fingersplit.verification.report import BranchReport, PhaseReport, Reason, Simulation
-from fingersplit.verification.simulation import Recording
+from fingersplit.verification.simulation import SimulationTrack
 
-__all__ = ["film", "judge_branch", "measure_phase", "phase_rows"]
+__all__ = ["is_decided", "judge_branch", "measure_phase", "phase_rows", "simulation_frames"]
 
 FRAME_RATE = 100.0
 """[1/s]"""
@@ -21,26 +21,52 @@ SATURATED_SHARE = 0.1
 """Joints that spend this share of a phase at their torque limit count as saturated."""
 
 
-def phase_rows(phases: Sequence[Phase], step: float) -> list[slice]:
-    """Rows of a branch's recording that belong to each phase."""
-    ends = np.cumsum([round(phase.duration / step) for phase in phases])
-    return [slice(int(begin), int(end)) for begin, end in zip([0, *ends[:-1]], ends, strict=True)]
+DRIFT_FACTOR = 2.0
+"""An object that goes on drifting at this many times its rate must stay inside the limits, for an early verdict."""
+
+
+def phase_rows(phases: Sequence[Phase], step: float, steps: int) -> list[slice]:
+    """Rows of a branch's track of ``steps`` rows that belong to each phase that was begun."""
+    ends = np.minimum(np.cumsum([round(phase.duration / step) for phase in phases]), steps)
+    return [slice(int(begin), int(end)) for begin, end in zip([0, *ends[:-1]], ends, strict=True) if end > begin]
+
+
+def is_decided(
+    protocol: Protocol, center_of_mass: NDArray[np.float64], track: SimulationTrack, time_left: float
+) -> bool:
+    """Whether a branch's verdict stands before its end, the load being as large as it gets.
+
+    It has failed once a limit is passed. It will hold when every finger touches and the object, drifting on at
+    ``DRIFT_FACTOR`` times its present rate for the time that is left [s], stays inside the limits.
+    """
+    if not track.stable:
+        return True
+    settled = min(round(SETTLED_TIME / float(track.times[0])), len(track.times) - 1)
+    touching = bool(track.touching[-settled:].any(axis=0).all())
+    holding = touching or not protocol.all_contacts
+    limits = protocol.largest_displacement, protocol.largest_rotation
+    for motion, limit in zip(_motion_in_hand(track, center_of_mass), limits, strict=True):
+        if motion.max() > limit:
+            return True
+        drift = max(float(motion[-1] - motion[-1 - settled]), 0.0) / (settled * float(track.times[0]))
+        holding = holding and float(motion[-1]) + DRIFT_FACTOR * drift * time_left <= limit
+    return holding
 
 
 def measure_phase(
     hand: Hand,
     name: str,
-    recording: Recording,
+    track: SimulationTrack,
     rows: slice,
     center_of_mass: NDArray[np.float64],
     load: NDArray[np.float64],
 ) -> PhaseReport:
     """Numbers of one phase."""
-    step = float(recording.times[0])
+    step = float(track.times[0])
     settled = slice(max(rows.start, rows.stop - round(SETTLED_TIME / step)), rows.stop)
-    displacements, rotations = _motion_in_hand(recording, center_of_mass)
-    at_limit = np.abs(recording.torques[rows]) >= 0.999 * hand.torque_limits
-    mean_force = recording.contact_forces[settled].sum(axis=1).mean(axis=0)
+    displacements, rotations = _motion_in_hand(track, center_of_mass)
+    at_limit = np.abs(track.torques[rows]) >= 0.999 * hand.torque_limits
+    mean_force = track.contact_forces[settled].sum(axis=1).mean(axis=0)
     return PhaseReport(
         name=name,
         duration=(rows.stop - rows.start) * step,
@@ -48,13 +74,13 @@ def measure_phase(
         rotation=float(rotations[rows].max()),
         lost_contacts=tuple(
             finger.name
-            for finger, touches in zip(hand.fingers, np.any(recording.touching[settled], axis=0).tolist(), strict=True)
+            for finger, touches in zip(hand.fingers, np.any(track.touching[settled], axis=0).tolist(), strict=True)
             if not touches
         ),
         contact_force=tuple(mean_force.tolist()),
         load=tuple(load.tolist()),
-        largest_force=float(np.linalg.norm(recording.contact_forces[rows], axis=2).max()),
-        largest_penetration=float(recording.penetrations[rows].max()),
+        largest_force=float(np.linalg.norm(track.contact_forces[rows], axis=2).max()),
+        largest_penetration=float(track.penetrations[rows].max()),
         saturated_joints=tuple(
             joint
             for joint, share in zip(hand.joint_names, at_limit.mean(axis=0), strict=True)
@@ -67,19 +93,21 @@ def judge_branch(
     hand: Hand,
     protocol: Protocol,
     branch: Branch,
-    recording: Recording,
+    track: SimulationTrack,
     mass: float,
     center: NDArray[np.float64],
     limited: bool,
 ) -> BranchReport:
     """Numbers of every phase of a branch, and the verdict on it; ``limited`` says whether torques cap the grip."""
-    if not recording.stable:
+    if not track.stable:
         return BranchReport(branch.name, "unstable_simulation", ())
     reports = tuple(
         measure_phase(
-            hand, phase.name, recording, rows, center, mass * (np.asarray(branch.gravity) + np.asarray(phase.pull))
+            hand, phase.name, track, rows, center, mass * (np.asarray(branch.gravity) + np.asarray(phase.pull))
         )
-        for phase, rows in zip(branch.phases, phase_rows(branch.phases, protocol.time_step), strict=True)
+        for phase, rows in zip(
+            branch.phases, phase_rows(branch.phases, protocol.time_step, len(track.times)), strict=False
+        )
     )
     return BranchReport(branch.name, _verdict(protocol, reports, limited), reports)
 
@@ -98,45 +126,45 @@ def _verdict(protocol: Protocol, phases: tuple[PhaseReport, ...], limited: bool)
 
 
 def _motion_in_hand(
-    recording: Recording, center_of_mass: NDArray[np.float64]
+    track: SimulationTrack, center_of_mass: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """How far the centre of mass is from its place in the planned grasp (T,) [m], and the object's turn (T,) [rad]."""
-    w, v = recording.object_wxyz[:, :1], recording.object_wxyz[:, 1:]
+    w, v = track.object_wxyz[:, :1], track.object_wxyz[:, 1:]
     turned = center_of_mass + 2 * np.cross(v, np.cross(v, center_of_mass) + w * center_of_mass)
-    displacement = recording.object_positions + turned - center_of_mass - recording.palm_offsets
+    displacement = track.object_positions + turned - center_of_mass
     rotation = 2 * np.arctan2(np.linalg.norm(v, axis=1), np.abs(w[:, 0]))
     return np.linalg.norm(displacement, axis=1), rotation
 
 
-def film(
+def simulation_frames(
     object_from_palm: NDArray[np.float64],
     step: float,
-    squeeze: Recording,
-    branches: Sequence[tuple[Branch, Recording]],
+    squeeze: SimulationTrack,
+    branches: Sequence[tuple[Branch, SimulationTrack]],
 ) -> Simulation:
-    """The recordings one after the other, thinned to ``FRAME_RATE``."""
+    """The tracks one after the other, in the world, thinned to ``FRAME_RATE``."""
     stretches = [("squeeze", squeeze, slice(0, len(squeeze.times)))]
-    for branch, recording in branches:
-        for phase, rows in zip(branch.phases, phase_rows(branch.phases, step), strict=True):
-            stretches.append((f"{branch.name}: {phase.name}", recording, rows))
+    for branch, track in branches:
+        for phase, rows in zip(branch.phases, phase_rows(branch.phases, step, len(track.times)), strict=False):
+            stretches.append((f"{branch.name}: {phase.name}", track, rows))
     stride = max(1, round(1 / (FRAME_RATE * step)))
-    kept = [(recording, range(rows.start + stride - 1, rows.stop, stride)) for _, recording, rows in stretches]
+    kept = [(track, range(rows.start + stride - 1, rows.stop, stride)) for _, track, rows in stretches]
     counts = [len(rows) for _, rows in kept]
 
     def column(name: str) -> NDArray[np.float64]:
-        return np.concatenate([getattr(recording, name)[rows] for recording, rows in kept])
+        return np.concatenate([getattr(track, name)[rows] for track, rows in kept])
 
-    frames, fingers = sum(counts), squeeze.touching.shape[1]
+    frames, fingers, offsets = sum(counts), squeeze.touching.shape[1], column("palm_offsets")
     simulation = Simulation(
         times=np.arange(1, frames + 1, dtype=np.float64) * stride * step,
         phases=np.repeat(np.arange(len(kept)), counts),
         phase_names=tuple(name for name, _, _ in stretches),
-        palm_positions=object_from_palm[:3, 3] + column("palm_offsets"),
+        palm_positions=object_from_palm[:3, 3] + offsets,
         palm_wxyz=np.tile(wxyz_from_rotation(object_from_palm[:3, :3]), (frames, 1)),
         joints=column("joints"),
-        object_positions=column("object_positions"),
+        object_positions=column("object_positions") + offsets,
         object_wxyz=column("object_wxyz"),
-        contact_positions=column("contact_positions")[:, :fingers],
+        contact_positions=column("contact_positions")[:, :fingers] + offsets[:, None],
         contact_forces=column("contact_forces")[:, :fingers],
     )
     for name, array in vars(simulation).items():

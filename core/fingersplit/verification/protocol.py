@@ -83,6 +83,9 @@ class Protocol(ABC):
     )
     squeeze_time: float = setting(0.3, "s", "Time to close and squeeze, without gravity.", 0.05, 10.0)
     time_step: float = setting(0.002, "s", "Simulation step.", 1e-4, 0.005)
+    decided_after: float | None = setting(
+        None, "s", "Time from which a branch whose verdict stands may end; none runs every phase to its end.", 0.1, 60.0
+    )
     largest_displacement: float = setting(0.02, "m", "Most that the object may move in the hand.", 0.0, 1.0)
     largest_rotation: float = setting(radians(15.0), "rad", "Most that it may turn in the hand.", 0.0, 3.2)
     largest_initial_penetration: float = setting(0.01, "m", "Most that the planned hand may lie inside.", 0.0, 0.1)

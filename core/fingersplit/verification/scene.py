@@ -1,11 +1,12 @@
-"""The simulated world: the planner's own hand on a carriage, the object's convex pieces, the controllers' actuators.
+"""The simulated world: the planner's own hand, its palm fixed, the object's convex pieces, the controllers' actuators.
 
 One scene serves every grasp of an object: poses, friction and mass are written into the compiled model, never into its
-description. World frame: the object frame when the simulation starts, z up.
+description. World frame: the object frame when the simulation starts, z up. Where a protocol moves the palm, the
+simulation runs in the palm's accelerated frame, with inertial forces on every body: exact, and cheaper than a carriage.
 """
 
 import copy
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import combinations
 from typing import Any, Self
 
@@ -56,8 +57,7 @@ class Scene:
         joint_dofs: Its degree of freedom, (N,).
         grip_sites: Where each finger touches, (F,).
         pairs: Pairs of fingers with a virtual spring between them, (P, 2).
-        carriage_joints: Slides of the palm x, y, z.
-        carriage_controls: Controls of the carriage x, y, z.
+        moving_bodies: Bodies that feel inertial forces: the fingers and the object.
         servo_controls: Controls of the fingertip servos along the palm's axes, (F, 3).
         pair_controls: Controls of the virtual springs, (P,).
         joint_controls: Controls of the joint servos, (N,).
@@ -74,11 +74,11 @@ class Scene:
     joint_dofs: NDArray[np.int64]
     grip_sites: NDArray[np.int64]
     pairs: NDArray[np.int64]
-    carriage_joints: NDArray[np.int64]
-    carriage_controls: NDArray[np.int64]
+    moving_bodies: NDArray[np.int64]
     servo_controls: NDArray[np.int64]
     pair_controls: NDArray[np.int64]
     joint_controls: NDArray[np.int64]
+    _rollout_data: list[Any] = field(default_factory=list)
 
     @classmethod
     def build(cls, hand: Hand, pieces: ConvexPieces) -> Self:
@@ -95,6 +95,7 @@ class Scene:
         model = spec.compile()
         joints = [model.joint(name) for name in hand.joint_names]
         fingers = [finger.name for finger in hand.fingers]
+        bodies = [model.body(name).id for chain in chains for name in chain]
         return cls(
             hand=hand,
             model=model,
@@ -107,8 +108,7 @@ class Scene:
             joint_dofs=np.array([joint.dofadr[0] for joint in joints]),
             grip_sites=np.array([model.site(grip_site(name)).id for name in fingers]),
             pairs=np.array(list(combinations(range(len(fingers)), 2))),
-            carriage_joints=np.array([model.joint(f"carriage_{axis}").id for axis in "xyz"]),
-            carriage_controls=np.array([model.actuator(f"carriage_{axis}").id for axis in "xyz"]),
+            moving_bodies=np.array([*bodies, model.body(OBJECT).id]),
             servo_controls=np.array([[model.actuator(f"{name}_{axis}").id for axis in "xyz"] for name in fingers]),
             pair_controls=np.array([model.actuator(pair_name(a, b)).id for a, b in combinations(fingers, 2)]),
             joint_controls=np.array([model.actuator(servo_name(name)).id for name in hand.joint_names]),
@@ -117,7 +117,13 @@ class Scene:
     def copy(self) -> "Scene":
         """The same scene for another thread."""
         model = copy.copy(self.model)
-        return replace(self, model=model, data=mujoco.MjData(model))
+        return replace(self, model=model, data=mujoco.MjData(model), _rollout_data=[])
+
+    def rollout_data(self, count: int) -> list[Any]:
+        """``MjData`` (count) for rollouts, kept between them."""
+        while len(self._rollout_data) < count:
+            self._rollout_data.append(mujoco.MjData(self.model))
+        return self._rollout_data[:count]
 
     def set_object(self, mass: float, center_of_mass: NDArray[np.float64], inertia: NDArray[np.float64]) -> None:
         """Mass [kg], its centre (3,) [m] and inertia (3, 3) [kg m^2] about that centre, in the object frame."""
@@ -145,7 +151,6 @@ class Scene:
         model, data = self.model, self.data
         model.body_pos[self.palm_body] = grasp.object_from_palm[:3, 3]
         model.body_quat[self.palm_body] = wxyz_from_rotation(grasp.object_from_palm[:3, :3])
-        model.jnt_axis[self.carriage_joints] = grasp.object_from_palm[:3, :3]  # row k: the world's axis k in the palm
         mujoco.mj_setConst(model, data)
         mujoco.mj_resetData(model, data)
         self.set_joints(grasp.joints)

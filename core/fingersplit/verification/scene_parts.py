@@ -1,4 +1,4 @@
-"""What a scene is described with: the hand on its carriage, actuators, the object, sensors."""
+"""What a scene is described with: the hand, actuators, the object, sensors."""
 
 from itertools import combinations
 from typing import Any
@@ -10,7 +10,6 @@ from fingersplit.hands.hand import Hand
 from fingersplit.objects.convex_pieces import ConvexPieces
 
 __all__ = [
-    "CARRIAGE_FREQUENCY",
     "CONDIM",
     "FINGER_SERVOS",
     "JOINT_SERVOS",
@@ -33,8 +32,6 @@ OBJECT, PALM_FRAME = "object", "palm_frame"
 FINGER_SERVOS, JOINT_SERVOS = 1, 2
 """Actuator groups: a controller switches the other one off."""
 
-CARRIAGE_MASS, CARRIAGE_FREQUENCY = 1e3, 50.0
-"""Heavy enough for the palm to go where it is told, whatever the fingers push: [kg], [rad/s]."""
 JOINT_ARMATURE, JOINT_DAMPING = 2e-3, 0.02
 """Of the drives, which the description of a hand leaves out: [kg m^2], [N m s/rad]."""
 CONDIM, SOLREF, SOLIMP = 4, [0.005, 1], [0.9, 0.95, 0.001, 0.5, 2]
@@ -58,11 +55,8 @@ def finger_chains(spec: Any, hand: Hand) -> list[list[str]]:
 
 
 def mount_hand(spec: Any, hand: Hand, chains: list[list[str]]) -> None:
-    """The palm on slides (their axes are set with the grasp), grip sites on the fingers, contacts as they shall be."""
-    palm = spec.body(hand.palm)
-    for axis in "xyz":
-        palm.add_joint(name=f"carriage_{axis}", type=mujoco.mjtJoint.mjJNT_SLIDE, armature=CARRIAGE_MASS)
-    palm.add_site(name=PALM_FRAME)
+    """The palm fixed in the world (it is placed with the grasp), grip sites on the fingers, contact parameters."""
+    spec.body(hand.palm).add_site(name=PALM_FRAME)
     for finger, chain in zip(hand.fingers, chains, strict=True):
         spec.body(chain[-1]).add_site(name=grip_site(finger.name), pos=[0.01, 0, 0])  # moved with the grasp
         # Neighbours overlap at their joint; what lies two joints apart may.
@@ -83,10 +77,6 @@ def drive_hand(spec: Any, hand: Hand) -> None:
         joint.actfrclimited, joint.actfrcrange, joint.actgravcomp = 1, [-limit, limit], 1
         _add_servo(spec, servo_name(name), mujoco.mjtTrn.mjTRN_JOINT, name, JOINT_SERVOS)
     for axis, gear in zip("xyz", np.eye(3, 6), strict=True):
-        stiffness = CARRIAGE_MASS * CARRIAGE_FREQUENCY**2
-        servo = _add_servo(spec, f"carriage_{axis}", mujoco.mjtTrn.mjTRN_JOINT, f"carriage_{axis}", 0)
-        servo.gainprm[0], servo.biasprm[1] = stiffness, -stiffness
-        servo.biasprm[2] = -2 * CARRIAGE_MASS * CARRIAGE_FREQUENCY
         for finger in hand.fingers:
             target = grip_site(finger.name)
             servo = _add_servo(spec, f"{finger.name}_{axis}", mujoco.mjtTrn.mjTRN_SITE, target, FINGER_SERVOS)

@@ -1,7 +1,8 @@
 """Running a protocol: squeeze once, then every branch from there, all in MuJoCo's threaded rollout."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Self
 
 import mujoco
 import numpy as np
@@ -10,27 +11,28 @@ from numpy.typing import NDArray
 
 from fingersplit.contacts.grip import Grip
 from fingersplit.verification.controllers import Controller
-from fingersplit.verification.protocol import Branch, Phase
+from fingersplit.verification.protocol import Branch
 from fingersplit.verification.scene import Scene
-from fingersplit.verification.scene_parts import CARRIAGE_FREQUENCY
 
-__all__ = ["Recording", "open_fingers", "run_branches", "run_squeeze"]
+__all__ = ["SimulationTrack", "open_fingers", "run_branches", "run_squeeze"]
 
 CLEARANCE = 0.2e-3
 """Fingers open until their pads are this far from the pieces [m]."""
 OPENING_STEPS = 12
+CHECK_INTERVAL = 0.25
+"""How often an undecided branch is looked at again [s]."""
 _STATE = mujoco.mjtState.mjSTATE_FULLPHYSICS
 _CONTROL = mujoco.mjtState.mjSTATE_CTRL | mujoco.mjtState.mjSTATE_XFRC_APPLIED
 
 
 @dataclass(frozen=True, eq=False)
-class Recording:
-    """What a stretch of simulation left, step by step.
+class SimulationTrack:
+    """A stretch of simulation, step by step, in the palm's frame of reference.
 
     Attributes:
         times: Since the stretch began, (T,) [s].
         stable: Whether the simulation went through to the end.
-        palm_offsets: How far the palm has moved, (T, 3) [m].
+        palm_offsets: How far the palm has moved in the world, (T, 3) [m]; add it to positions for those in the world.
         joints: Joint angles, (T, N) [rad].
         object_positions: Origin of the object frame, (T, 3) [m].
         object_wxyz: Orientation of the object, (T, 4).
@@ -53,6 +55,31 @@ class Recording:
     penetrations: NDArray[np.float64]
     torques: NDArray[np.float64]
 
+    @classmethod
+    def from_rollout(
+        cls, scene: Scene, began: float, path: NDArray[np.float64], states: NDArray[Any], sensors: NDArray[Any]
+    ) -> Self:
+        """From what a rollout returned: states (T, n_state), sensors (T, n_sensor), with the palm's path (T, 3) [m]."""
+        model, fingers = scene.model, len(scene.grip_sites)
+        expected = model.opt.timestep * np.arange(1, len(states) + 1)
+        positions = states[:, 1 : 1 + model.nq]
+        contacts = sensors[:, : 7 * (fingers + 1)].reshape(len(sensors), fingers + 1, 7)
+        body = positions[:, scene.object_qpos : scene.object_qpos + 7]
+        on_time = np.abs(states[:, 0] - began - expected).max() < 1e-6
+        return cls(
+            times=expected,
+            stable=bool(np.isfinite(states).all() and on_time),
+            palm_offsets=path[: len(states)],
+            joints=positions[:, scene.joint_qpos],
+            object_positions=body[:, :3],
+            object_wxyz=body[:, 3:],
+            touching=contacts[:, :fingers, 0] > 0,
+            contact_forces=contacts[:, :, 1:4],
+            contact_positions=contacts[:, :, 4:7],
+            penetrations=np.maximum(-sensors[:, 7 * (fingers + 1)], 0.0),
+            torques=sensors[:, -len(scene.joint_qpos) :],
+        )
+
 
 def open_fingers(scene: Scene, normals: NDArray[np.float64]) -> None:
     """Move each finger that lies inside the pieces out along its contact's normal, within its joints' range.
@@ -73,7 +100,7 @@ def open_fingers(scene: Scene, normals: NDArray[np.float64]) -> None:
 
 def run_squeeze(
     scene: Scene, controller: Controller, grip: Grip, duration: float, normals: NDArray[np.float64]
-) -> Recording:
+) -> SimulationTrack:
     """Close the hand on the free object, without gravity; the scene stands in the planned grasp, and ends squeezed."""
     steps = round(duration / scene.model.opt.timestep)
     controller.prepare(scene)
@@ -81,88 +108,125 @@ def run_squeeze(
     controls = controller.close(scene, grip, ramp)
     open_fingers(scene, normals)
     scene.model.opt.gravity = 0.0
-    (recording,), states = _roll(scene, [scene.model], _with_forces(scene, controls)[None], 0)
+    start, still = _state(scene), np.zeros((steps, 3))
+    states, sensors = _roll(scene, [scene.model], start[None], _with_forces(scene, controls, still, still)[None], 0)
     mujoco.mj_setState(scene.model, scene.data, states[0, -1], _STATE)
     scene.data.ctrl = controls[-1]
     mujoco.mj_forward(scene.model, scene.data)
-    return recording
+    return SimulationTrack.from_rollout(scene, start[0], still, states[0], sensors[0])
 
 
 def run_branches(
-    scene: Scene, controller: Controller, branches: tuple[Branch, ...], mass: float, threads: int
-) -> list[Recording]:
-    """Every branch from the squeezed grasp that the scene stands in, on up to ``threads`` threads."""
-    held = controller.hold(scene, scene.data.ctrl.copy())
-    models = []
-    for branch in branches:
-        model = scene.copy().model if branch is not branches[0] else scene.model
-        model.opt.gravity = branch.gravity
-        models.append(model)
-    schedules = [_schedule(scene, held, branch.phases, mass) for branch in branches]
-    longest = max(len(schedule) for schedule in schedules)
-    padded = [np.pad(schedule, ((0, longest - len(schedule)), (0, 0)), mode="edge") for schedule in schedules]
-    recordings, _ = _roll(scene, models, np.array(padded), threads if len(branches) > 1 else 0)
-    return recordings
+    scene: Scene,
+    controller: Controller,
+    branches: tuple[Branch, ...],
+    mass: float,
+    decided_after: float | None,
+    is_decided: Callable[[SimulationTrack, float], bool],
+    threads: int,
+) -> list[SimulationTrack]:
+    """Every branch from the squeezed grasp that the scene stands in, on up to ``threads`` threads.
 
-
-def _schedule(scene: Scene, held: NDArray[np.float64], phases: tuple[Phase, ...], mass: float) -> NDArray[np.float64]:
-    """Controls and forces (T, n) of a branch."""
+    Args:
+        scene: The squeezed grasp.
+        controller: What holds it.
+        branches: What is done.
+        mass: Of the object [kg].
+        decided_after: Time from which a branch may end before its last phase does [s]; None runs all to their ends.
+        is_decided: Whether a branch may end, given its track so far and the time that is left [s].
+        threads: Branches simulated at a time.
+    """
     step = scene.model.opt.timestep
-    offset, parts = np.zeros(3), []
-    for phase in phases:
+    held = controller.hold(scene, scene.data.ctrl.copy())
+    models = [scene.model, *(scene.copy().model for _ in branches[1:])]
+    paths, controls = [], []
+    for model, branch in zip(models, branches, strict=True):
+        model.opt.gravity = branch.gravity
+        path, forces = _schedule(scene, branch, mass)
+        paths.append(path)
+        controls.append(_with_forces(scene, np.tile(held, (len(path), 1)), forces, _accelerations(path, step)))
+    longest = max(len(path) for path in paths)
+    controls = [np.pad(rows, ((0, longest - len(rows)), (0, 0)), mode="edge") for rows in controls]
+    start = _state(scene)
+    parts: list[list[tuple[NDArray[Any], NDArray[Any]]]] = [[] for _ in branches]
+    tracks: dict[int, SimulationTrack] = {}
+    running = list(range(len(branches)))
+    for begin, end in _stretches(longest, step, decided_after):
+        starts = np.stack([parts[b][-1][0][-1] if parts[b] else start for b in running])
+        rows = np.stack([controls[b][begin:end] for b in running])
+        states, sensors = _roll(scene, [models[b] for b in running], starts, rows, threads)
+        for b, *part in zip(running, states, sensors, strict=True):
+            parts[b].append((part[0], part[1]))
+            joined = (np.concatenate([piece[k] for piece in parts[b]])[: len(paths[b])] for k in (0, 1))
+            tracks[b] = SimulationTrack.from_rollout(scene, start[0], paths[b], *joined)
+        running = [
+            b for b in running if end < len(paths[b]) and not is_decided(tracks[b], (len(paths[b]) - end) * step)
+        ]
+        if not running:
+            break
+    return [tracks[b] for b in range(len(branches))]
+
+
+def _stretches(steps: int, step: float, decided_after: float | None) -> list[tuple[int, int]]:
+    """First and last step of every stretch after which branches are looked at."""
+    if decided_after is None:
+        return [(0, steps)]
+    ends = [round(decided_after / step), *range(0, steps, max(1, round(CHECK_INTERVAL / step))), steps]
+    ends = sorted({end for end in ends if round(decided_after / step) <= end <= steps} | {steps})
+    return list(zip([0, *ends[:-1]], ends, strict=True))
+
+
+def _schedule(scene: Scene, branch: Branch, mass: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The palm's path and the force that pulls the object in a branch, (T, 3) [m] and (T, 3) [N]."""
+    step, offset = scene.model.opt.timestep, np.zeros(3)
+    paths, forces = [], []
+    for phase in branch.phases:
         times = step * np.arange(1, round(phase.duration / step) + 1)
-        controls = np.tile(held, (len(times), 1))
-        path = offset + phase.motion(times)
-        controls[:, scene.carriage_controls] = _feed_forward(path, step)
-        parts.append(_with_forces(scene, controls, mass * np.asarray(phase.pull)))
-        offset = path[-1]
-    return np.vstack(parts)
+        paths.append(offset + phase.motion(times))
+        forces.append(np.tile(mass * np.asarray(phase.pull, np.float64), (len(times), 1)))
+        offset = paths[-1][-1]
+    return np.vstack(paths), np.vstack(forces)
 
 
-def _feed_forward(path: NDArray[np.float64], step: float) -> NDArray[np.float64]:
-    """Controls that make the critically damped carriage follow a path (T, 3) without lag."""
-    if len(path) < 3:
-        return path
-    velocity = np.gradient(path, step, axis=0)
-    acceleration = np.gradient(velocity, step, axis=0)
-    return np.asarray(path + 2 / CARRIAGE_FREQUENCY * velocity + acceleration / CARRIAGE_FREQUENCY**2)
+def _accelerations(path: NDArray[np.float64], step: float) -> NDArray[np.float64]:
+    """Of a palm that begins and ends at rest, (T, 3) [m/s^2]."""
+    padded = np.vstack([np.zeros((1, 3)), path, path[-1:]])
+    return np.asarray(np.diff(padded, 2, axis=0) / step**2)
 
 
-def _with_forces(scene: Scene, controls: NDArray[np.float64], force: Any = 0.0) -> NDArray[np.float64]:
-    """Controls (T, n_controls) followed by external wrenches (T, 6 n_bodies): ``force`` on the object, else zero."""
+def _with_forces(
+    scene: Scene,
+    controls: NDArray[np.float64],
+    forces: NDArray[np.float64],
+    accelerations: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Controls (T, n_controls) followed by external wrenches (T, 6 n_bodies).
+
+    ``forces`` (T, 3) [N] pull the object; every moving body feels its inertia against the palm's ``accelerations``
+    (T, 3) [m/s^2].
+    """
     wrenches = np.zeros((len(controls), scene.model.nbody, 6))
-    wrenches[:, scene.object_body, :3] = force
+    masses = scene.model.body_mass[scene.moving_bodies]
+    wrenches[:, scene.moving_bodies, :3] = -masses[:, None] * accelerations[:, None]
+    wrenches[:, scene.object_body, :3] += forces
     return np.hstack([controls, wrenches.reshape(len(controls), -1)])
 
 
+def _state(scene: Scene) -> NDArray[np.float64]:
+    state = np.empty(mujoco.mj_stateSize(scene.model, _STATE))
+    mujoco.mj_getState(scene.model, scene.data, state, _STATE)
+    return state
+
+
 def _roll(
-    scene: Scene, models: list[Any], controls: NDArray[np.float64], threads: int
-) -> tuple[list[Recording], NDArray[np.float64]]:
-    """Simulate every row of ``controls`` (B, T, n) from the scene's state; recordings, and states (B, T, n_state)."""
-    start = np.empty(mujoco.mj_stateSize(scene.model, _STATE))
-    mujoco.mj_getState(scene.model, scene.data, start, _STATE)
-    data = [mujoco.MjData(scene.model) for _ in range(max(1, threads))]
+    scene: Scene, models: list[Any], starts: NDArray[np.float64], controls: NDArray[np.float64], threads: int
+) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Simulate rows of ``controls`` (B, T, n) from ``starts`` (B, n_state): states and sensors, (B, T, ...)."""
+    threads = min(threads, len(models)) if len(models) > 1 else 0
+    data = scene.rollout_data(max(1, threads))
+    rest = np.zeros((len(models), scene.model.nv))  # what a rollout before left in the data must not matter
     with Rollout(nthread=threads if threads > 1 else 0) as rollout:
-        states, sensors = rollout.rollout(models, data, start[None], controls, control_spec=_CONTROL, chunk_size=1)
-    return [_recording(scene, start[0], *pair) for pair in zip(states, sensors, strict=True)], states
-
-
-def _recording(scene: Scene, began: float, states: NDArray[np.float64], sensors: NDArray[np.float64]) -> Recording:
-    model, fingers = scene.model, len(scene.grip_sites)
-    times, positions = states[:, 0] - began, states[:, 1 : 1 + model.nq]
-    expected = model.opt.timestep * np.arange(1, len(states) + 1)
-    contacts = sensors[:, : 7 * (fingers + 1)].reshape(len(sensors), fingers + 1, 7)
-    body = positions[:, scene.object_qpos : scene.object_qpos + 7]
-    return Recording(
-        times=expected,
-        stable=bool(np.isfinite(states).all() and np.abs(times - expected).max() < 1e-6),
-        palm_offsets=positions[:, model.jnt_qposadr[scene.carriage_joints]],
-        joints=positions[:, scene.joint_qpos],
-        object_positions=body[:, :3],
-        object_wxyz=body[:, 3:],
-        touching=contacts[:, :fingers, 0] > 0,
-        contact_forces=contacts[:, :, 1:4],
-        contact_positions=contacts[:, :, 4:7],
-        penetrations=np.maximum(-sensors[:, 7 * (fingers + 1)], 0.0),
-        torques=sensors[:, -len(scene.joint_qpos) :],
-    )
+        states, sensors = rollout.rollout(
+            models, data, starts, controls, control_spec=_CONTROL, initial_warmstart=rest, chunk_size=1
+        )
+    return states, sensors

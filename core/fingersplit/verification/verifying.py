@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from threading import local
 from time import perf_counter
 
@@ -18,7 +18,7 @@ from fingersplit.hands.hand import Hand
 from fingersplit.objects.convex_pieces import ConvexPieces
 from fingersplit.objects.model import ObjectModel
 from fingersplit.verification.controllers import Controller, load_controller
-from fingersplit.verification.judging import film, judge_branch, measure_phase
+from fingersplit.verification.judging import is_decided, judge_branch, measure_phase, simulation_frames
 from fingersplit.verification.protocol import REFERENCE_FRICTION, Phase, Protocol
 from fingersplit.verification.protocols import load_protocol
 from fingersplit.verification.report import BranchReport, PhaseReport, Reason, Simulation, Verification
@@ -126,12 +126,21 @@ def _simulate(
         return _Outcome("unstable_simulation")
     mass, center = float(scene.model.body_mass[scene.object_body]), scene.model.body_ipos[scene.object_body].copy()
     squeezed = measure_phase(scene.hand, "squeeze", squeeze, slice(0, len(squeeze.times)), center, np.zeros(3))
-    recordings = run_branches(scene, controller, protocol.branches, mass, threads)
-    pairs = list(zip(protocol.branches, recordings, strict=True))
+    tracks = run_branches(
+        scene,
+        controller,
+        protocol.branches,
+        mass,
+        protocol.decided_after,
+        partial(is_decided, protocol, center),
+        threads,
+    )
+    pairs = list(zip(protocol.branches, tracks, strict=True))
     reports = tuple(judge_branch(scene.hand, protocol, *pair, mass, center, grip.limited) for pair in pairs)
     failures: list[Reason] = [branch.reason for branch in reports if branch.reason != "held"]
     reason = failures[0] if failures else "held"
-    return _Outcome(reason, squeezed, reports, film(grasp.object_from_palm, protocol.time_step, squeeze, pairs))
+    frames = simulation_frames(grasp.object_from_palm, protocol.time_step, squeeze, pairs)
+    return _Outcome(reason, squeezed, reports, frames)
 
 
 def _grip_problem(

@@ -17,6 +17,14 @@ class Lift(Protocol):
 
     name: ClassVar[str] = "lift"
 
+    time_step: float = setting(0.003, "s", "Simulation step.", 1e-4, 0.005)
+    decided_after: float | None = setting(
+        0.45,
+        "s",
+        "Time from which a lift whose verdict stands may end: the palm's acceleration is past its peak.",
+        0.1,
+        60.0,
+    )
     gravity: float = setting(9.81, "m/s^2", "Gravity, along -z of the object.", 0.0, 100.0)
     gravity_time: float = setting(0.2, "s", "Time under gravity before the lift.", 0.0, 10.0)
     height: float = setting(0.2, "m", "How far the palm is lifted, along z.", 0.0, 1.0)
