@@ -36,21 +36,27 @@ def is_decided(
 ) -> bool:
     """Whether a branch's verdict stands before its end, the load being as large as it gets.
 
-    It has failed once a limit is passed. It will hold when every finger touches and the object, drifting on at
-    ``DRIFT_FACTOR`` times its present rate for the time that is left [s], stays inside the limits.
+    It has failed once a limit is passed. It will hold when the object's motion in the hand and the force of every
+    finger, changing on at ``DRIFT_FACTOR`` times their present rates for the time that is left [s], stay inside the
+    limits and above zero.
     """
     if not track.stable:
         return True
-    settled = min(round(SETTLED_TIME / float(track.times[0])), len(track.times) - 1)
-    touching = bool(track.touching[-settled:].any(axis=0).all())
-    holding = touching or not protocol.all_contacts
     limits = protocol.largest_displacement, protocol.largest_rotation
-    for motion, limit in zip(_motion_in_hand(track, center_of_mass), limits, strict=True):
-        if motion.max() > limit:
-            return True
-        drift = max(float(motion[-1] - motion[-1 - settled]), 0.0) / (settled * float(track.times[0]))
-        holding = holding and float(motion[-1]) + DRIFT_FACTOR * drift * time_left <= limit
-    return holding
+    motions = _motion_in_hand(track, center_of_mass)
+    if any(motion.max() > limit for motion, limit in zip(motions, limits, strict=True)):
+        return True
+    step = float(track.times[0])
+    settled = min(round(SETTLED_TIME / step), len(track.times) - 1)
+    ahead = DRIFT_FACTOR * time_left / (settled * step)  # in units of the settled time
+    forces = np.linalg.norm(track.contact_forces[-settled:, :-1], axis=2)  # (n, F)
+    before, after = forces[: settled // 2].mean(axis=0), forces[settled // 2 :].mean(axis=0)
+    lasting = after + 2.0 * ahead * np.minimum(after - before, 0.0) > 0.0
+    inside = [
+        motion[-1] + ahead * max(motion[-1] - motion[-1 - settled], 0.0) <= limit
+        for motion, limit in zip(motions, limits, strict=True)
+    ]
+    return all(inside) and (bool(lasting.all()) or not protocol.all_contacts)
 
 
 def measure_phase(
