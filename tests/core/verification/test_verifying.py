@@ -27,7 +27,7 @@ def try_grasp(planned, barrett):
 @pytest.mark.parametrize("name", OBJECTS)
 @pytest.mark.parametrize("controller", ["virtual_frame", "squeeze"])
 def test_planned_grasp_is_lifted_and_its_contact_forces_carry_the_weight(try_grasp, planned, name, controller):
-    report = try_grasp(name, controller=controller)
+    report = try_grasp(name, "lift_full", controller=controller)
     assert (report.passed, report.reason) == (True, "held")
     hold = report.branches[0].phases[-1]
     weight = planned(name)[0].model.mass * 9.81
@@ -39,6 +39,33 @@ def test_planned_grasp_is_lifted_and_its_contact_forces_carry_the_weight(try_gra
     assert film.object_positions[-1, 2] == pytest.approx(0.2, abs=0.02)
     total = film.contact_forces[-1].sum(axis=0)
     np.testing.assert_allclose(total, (0, 0, weight), atol=0.01 * weight)
+
+
+@pytest.mark.parametrize("name", OBJECTS)
+@pytest.mark.parametrize("friction", [0.6, 0.25])
+def test_an_early_verdict_is_that_of_the_whole_lift(try_grasp, planned, name, friction):
+    early_time, whole_time = 0.0, 0.0
+    for grasp in (one.run.final for one in planned(name)[0].grasps):
+        early, whole = (try_grasp(name, p, grasp=grasp, friction=friction) for p in ("lift", "lift_full"))
+        assert early.passed == whole.passed
+        early_time += sum(phase.duration for phase in early.branches[0].phases)
+        whole_time += sum(phase.duration for phase in whole.branches[0].phases)
+    assert early_time < 0.5 * whole_time
+
+
+def test_inertial_forces_stand_for_the_motion_of_the_palm(try_grasp, planned):
+    """While the palm accelerates at a, contacts carry m (a - g)."""
+    lift = load_protocol("lift_full", {"lift_time": 0.5, "height": 0.3, "hold_time": 0.1})
+    frames = try_grasp("box", lift).simulation
+    rising = [k for k, name in enumerate(frames.phase_names) if name.endswith("lift")]
+    rows = np.flatnonzero(np.isin(frames.phases, rising))
+    t = (frames.times[rows] - frames.times[rows[0]] + 0.01) / 0.5
+    acceleration = 0.3 / 0.5**2 * (60 * t - 180 * t**2 + 120 * t**3)
+    carried = frames.contact_forces[rows].sum(axis=1)[:, 2] / planned("box")[0].model.mass
+    assert np.corrcoef(carried, acceleration)[0, 1] > 0.99
+    np.testing.assert_allclose(carried.mean(), 9.81, rtol=0.02)
+    velocity = np.gradient(frames.palm_positions[:, 2], frames.times)
+    assert velocity.max() == pytest.approx(1.875 * 0.3 / 0.5, rel=0.02)
 
 
 @pytest.mark.parametrize("name", sorted(set(PARAMETRIC_OBJECTS) - {"mug"}))
