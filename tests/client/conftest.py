@@ -1,14 +1,28 @@
+import inspect
 import socket
 import subprocess
 import sys
-import time
-from collections.abc import Iterator
+from collections.abc import AsyncIterator, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
+from app_transports import RunningApp, running_app
 
 from fingersplit.objects.parametric import cylinder
-from fingersplit_client import ApiError, Client, ServiceUnreachable
+from fingersplit_client import AsyncClient, Client, PlanResult
+
+AnyClient = Client | AsyncClient
+
+
+async def done(value: Any) -> Any:
+    """The result of a client's operation, blocking or awaited."""
+    return await value if inspect.isawaitable(value) else value
+
+
+async def items(stream: Any) -> list[Any]:
+    """All items of a client's stream."""
+    return [item async for item in stream] if hasattr(stream, "__aiter__") else list(stream)
 
 
 @pytest.fixture(scope="session")
@@ -29,11 +43,44 @@ def service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
     )
     url = f"http://127.0.0.1:{port}"
     try:
-        _wait_until_ready(process, url)
+        with Client(url) as client:
+            assert client.ready(timeout=300), "the service did not start"  # with nothing compiled yet it takes minutes
         yield url
     finally:
         process.terminate()
-        process.wait(10)
+        process.wait(30)
+
+
+@pytest.fixture(scope="session")
+def app(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningApp]:
+    """The same service in this process."""
+    from fingersplit_service.app import create_app
+    from fingersplit_service.settings import ServiceSettings
+
+    settings = ServiceSettings(data_dir=tmp_path_factory.mktemp("app"), workers=1, spare_workers=0)
+    with running_app(create_app(settings)) as running:
+        yield running
+
+
+@pytest.fixture(params=["blocking-socket", "awaited-socket", "blocking-app", "awaited-app"])
+async def client(request: pytest.FixtureRequest) -> AsyncIterator[AnyClient]:
+    """Each client against each service; call its operations with `done` and `items`."""
+    mode, way = request.param.split("-")
+    if way == "socket":
+        made: AnyClient = (Client if mode == "blocking" else AsyncClient)(request.getfixturevalue("service"))
+    elif mode == "blocking":
+        made = Client("http://localhost", transport=request.getfixturevalue("app").blocking())
+    else:
+        made = AsyncClient("http://localhost", transport=request.getfixturevalue("app").awaited())
+    yield made
+    await done(made.close())
+
+
+@pytest.fixture(scope="session")
+def result(service: str, can: bytes) -> PlanResult:
+    """A result of the real planner with a verified grasp."""
+    with Client(service) as client:
+        return client.plan(can, file_type="off", name="can", starts=16, seed=3, top_k=4, verified=1)
 
 
 @pytest.fixture
@@ -46,19 +93,6 @@ def _unused_port() -> int:
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         return int(probe.getsockname()[1])
-
-
-def _wait_until_ready(process: "subprocess.Popen[bytes]", url: str) -> None:
-    end = time.monotonic() + 300  # with nothing compiled yet it takes minutes
-    with Client(url) as client:
-        while process.poll() is None and time.monotonic() < end:
-            try:
-                client.hands()
-            except (ServiceUnreachable, ApiError):  # not listening, or not warm
-                time.sleep(0.05)
-            else:
-                return
-    raise RuntimeError("the service did not start")
 
 
 @pytest.fixture(scope="session")

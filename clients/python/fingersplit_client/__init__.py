@@ -2,25 +2,33 @@
 
 >>> from fingersplit_client import Client
 >>> with Client() as client:  # doctest: +SKIP
-...     result = client.plan("mug.ply")
+...     grasp = client.plan("mug.ply", mass=0.3).best
 """
 
-from fingersplit_client._protocol import JobEvent
-from fingersplit_client.async_client import AsyncClient
-from fingersplit_client.client import DEFAULT_BASE_URL, Client
+from fingersplit_client._events import JobEvent
+from fingersplit_client._many import Planned
+from fingersplit_client.client import DEFAULT_BASE_URL, AsyncClient, Client
 from fingersplit_client.errors import (
     ApiError,
+    AuthenticationError,
+    ConflictError,
     FingersplitClientError,
+    InvalidRequestError,
     JobFailed,
+    NotFoundError,
+    OverloadedError,
+    RequestTimeout,
     ServiceUnreachable,
     WaitTimeout,
 )
+from fingersplit_client.frames import PlacedGrasp
+from fingersplit_client.modes import Awaited, Blocking
+from fingersplit_client.results import Grasp, Job, PlanResult, Pregrasp
+from fingersplit_client.retries import Retries
 from fingersplit_client.schemas import (
     Batch,
-    Grasp,
     HandInfo,
     ImportedGraspSet,
-    Job,
     JobCreate,
     JobPage,
     JobSummary,
@@ -32,20 +40,25 @@ from fingersplit_client.schemas import (
     ParallelGraspSet,
     ParallelGraspSetInfo,
     ParallelGraspsGenerate,
-    PlanResult,
     Problem,
 )
+from fingersplit_client.transforms import Transform
 
 __all__ = [
     "DEFAULT_BASE_URL",
     "ApiError",
     "AsyncClient",
+    "AuthenticationError",
+    "Awaited",
     "Batch",
+    "Blocking",
     "Client",
+    "ConflictError",
     "FingersplitClientError",
     "Grasp",
     "HandInfo",
     "ImportedGraspSet",
+    "InvalidRequestError",
     "Job",
     "JobCreate",
     "JobEvent",
@@ -53,15 +66,23 @@ __all__ = [
     "JobPage",
     "JobSummary",
     "JobVerification",
+    "NotFoundError",
     "ObjectInfo",
     "ObjectOptions",
     "ObjectPage",
+    "OverloadedError",
     "ParallelGrasp",
     "ParallelGraspSet",
     "ParallelGraspSetInfo",
     "ParallelGraspsGenerate",
+    "PlacedGrasp",
     "PlanResult",
+    "Planned",
+    "Pregrasp",
     "Problem",
+    "RequestTimeout",
+    "Retries",
     "ServiceUnreachable",
+    "Transform",
     "WaitTimeout",
 ]

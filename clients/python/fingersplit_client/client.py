@@ -1,53 +1,181 @@
-"""The blocking client."""
+"""The clients: one set of operations, blocking in `Client` and awaited in `AsyncClient`."""
 
-from collections.abc import Iterator, Sequence
-from pathlib import Path
+import os
+from collections.abc import Callable, Iterable, Sequence
 from types import TracebackType
-from typing import Self, TypeVar, Unpack
+from typing import Generic, Self, Unpack
 
 import httpx2
 
-from fingersplit_client import _jobs, _objects
-from fingersplit_client._protocol import EventReader, Flow, JobEvent, default_headers, problem
-from fingersplit_client.errors import ApiError, ServiceUnreachable
-from fingersplit_client.schemas import (
-    Batch,
-    Grasp,
-    GraspFormat,
-    HandInfo,
-    ImportedGraspSet,
-    Job,
-    JobCreate,
-    JobPage,
-    JobState,
-    JobVerification,
-    ObjectInfo,
-    ObjectOptions,
-    ObjectPage,
-    ParallelGrasp,
-    ParallelGraspSet,
-    ParallelGraspSetInfo,
-    ParallelGraspsGenerate,
-    PlanResult,
-)
+from fingersplit_client._exchange import Deadline, Policy
+from fingersplit_client._flow import Flow, Pause, Send, Stream
+from fingersplit_client._many import Planned, plan_many
+from fingersplit_client._planning import KnownObjects, PlanOrder, plan
+from fingersplit_client.mesh_files import MeshSource
+from fingersplit_client.modes import Awaited, Blocking, Bound, Mode, operation, stream
+from fingersplit_client.options import PlanKeywords
+from fingersplit_client.resources.batches import Batches
+from fingersplit_client.resources.hands import Hands
+from fingersplit_client.resources.jobs import Jobs
+from fingersplit_client.resources.objects import Objects
+from fingersplit_client.resources.parallel_grasps import ParallelGrasps
+from fingersplit_client.results import PlanResult
+from fingersplit_client.retries import Retries
+from fingersplit_client.schemas import JobSummary, ObjectInfo
 
-__all__ = ["DEFAULT_BASE_URL", "Client"]
+__all__ = ["DEFAULT_BASE_URL", "AsyncClient", "Client"]
 
 DEFAULT_BASE_URL = "http://127.0.0.1:8000"
+_READY_PAUSE = 0.1
+_LIMITS = httpx2.Limits(max_connections=None, max_keepalive_connections=64)
 
-Result = TypeVar("Result")
+
+class _Operations(Bound[Mode], Generic[Mode]):
+    """What both clients can do.
+
+    Attributes:
+        objects: Meshes and point clouds.
+        parallel_grasps: What planning starts from.
+        hands: Hands that can be planned for.
+        jobs: Plans, from the queue to the result.
+        batches: Many jobs in one request.
+    """
+
+    def __init__(self, mode: Mode) -> None:
+        self._connections = mode
+        self._known = KnownObjects()
+        self.objects = Objects(mode)
+        self.parallel_grasps = ParallelGrasps(mode)
+        self.hands = Hands(mode)
+        self.jobs = Jobs(mode)
+        self.batches = Batches(mode)
+
+    def _mode(self) -> Mode:
+        return self._connections
+
+    @operation
+    def plan(
+        self,
+        mesh: MeshSource | ObjectInfo,
+        *,
+        unit: str = "m",
+        name: str | None = None,
+        file_type: str | None = None,
+        viewpoint: Sequence[float] | None = None,
+        timeout: float = 300.0,
+        cancel: bool = True,
+        on_progress: Callable[[JobSummary], None] | None = None,
+        **options: Unpack[PlanKeywords],
+    ) -> Flow[PlanResult[Mode]]:
+        """Upload an object unless the service knows it, plan grasps for it and wait for them.
+
+        Args:
+            mesh: A path, an open binary file, the bytes of a file, vertices (n, 3) and triangles (m, 3), or an uploaded
+                object.
+            unit: Length unit of the file: ``"m"``, ``"mm"``, ``"cm"`` or ``"in"``.
+            name: Name for people; by default that of the file.
+            file_type: Format, such as ``"stl"``; by default the file's suffix. Needed with bytes.
+            viewpoint: Where the camera stood that saw a point cloud, in the file's frame and unit.
+            timeout: How long the whole call may take [s].
+            cancel: Whether the job is cancelled where the call ends before it: at the timeout, by Ctrl-C, or because
+                the task that waits is cancelled.
+            on_progress: Called with the job whenever its state or progress changes.
+            **options: What is known of the object: ``density`` [kg/m^3] or ``mass`` [kg], ``friction``, ``fairing``
+                [m]; and what is asked for: ``hand``, ``starts``, ``seed``, ``top_k``, ``source``, ``parallel_grasps``,
+                ``parallel_grasp_set``, ``planner`` (settings by name), ``verified`` (how many grasps must hold in
+                simulation), ``protocol``, ``controller``, ``simulated_friction``, ``verify_initial``, ``recording``,
+                ``priority``, ``deadline_s``. `JobCreate` and `ObjectOptions` have their meanings and defaults.
+
+        Raises:
+            InvalidRequestError: An option or the file is not valid.
+            JobFailed: The job ended without a result.
+            WaitTimeout: The time is over.
+            OSError: The file cannot be read.
+        """
+        deadline = Deadline(timeout)
+        order = PlanOrder.of(unit, viewpoint, name, file_type, options)
+        return (
+            yield from plan(self.objects, self._known, mesh, order, deadline, cancel=cancel, on_progress=on_progress)
+        )
+
+    @stream
+    def plan_many(
+        self,
+        meshes: "Iterable[os.PathLike[str] | str]",
+        *,
+        folder: "os.PathLike[str] | str | None" = None,
+        at_once: int = 8,
+        progress: bool | None = None,
+        unit: str = "m",
+        file_type: str | None = None,
+        viewpoint: Sequence[float] | None = None,
+        timeout: float = 3600.0,
+        cancel: bool = True,
+        **options: Unpack[PlanKeywords],
+    ) -> Stream[Planned[Mode]]:
+        """Plan for many files, some at a time; yields each as it ends, in no order.
+
+        A file that cannot be planned for is an item with its error; the others go on. Only when the service is gone or
+        refuses the key does the whole end with an error.
+
+        Args:
+            meshes: The files.
+            folder: Where results are saved, one file for each. Those that are there already, of the same content and
+                options, are not planned again, also after the program was killed.
+            at_once: How many are in work at a time.
+            progress: Whether a progress bar is shown on standard error; by default if that is a terminal.
+            unit: See `plan`.
+            file_type: See `plan`.
+            viewpoint: See `plan`.
+            timeout: How long each may take, its place in the service's queue included [s].
+            cancel: Whether jobs that have not ended are cancelled when the iteration is left.
+            **options: See `plan`.
+        """
+        order = PlanOrder.of(unit, viewpoint, None, file_type, options)
+        yield from plan_many(
+            self.objects,
+            self._known,
+            meshes,
+            order,
+            folder=folder,
+            at_once=at_once,
+            progress=progress,
+            timeout=timeout,
+            cancel=cancel,
+        )
+
+    @operation
+    def ready(self, *, timeout: float = 0.0) -> Flow[bool]:
+        """Whether the service is there and its workers are warm, so that jobs start without delay.
+
+        Args:
+            timeout: How long to wait for that at most [s].
+        """
+        deadline = Deadline(timeout)
+        while True:
+            try:
+                response = yield Send("GET", "/readyz", timeout=self._policy.timeout)
+                if response.is_success:
+                    return True
+            except httpx2.TransportError:
+                pass
+            if not deadline.left:
+                return False
+            yield Pause(min(_READY_PAUSE, deadline.left))
 
 
-class Client:
-    """Talks to a Fingersplit service with blocking calls.
+class Client(_Operations[Blocking]):
+    """Talks to a Fingersplit service with blocking calls; threads may share it.
 
-    Use it in a ``with`` statement, or call `close`. Every method raises `ApiError` when the service
-    refuses the request and `ServiceUnreachable` when no answer comes.
+    Use it in a ``with`` statement, or call `close`. What can go wrong is a `FingersplitClientError`, one for each
+    cause: `AuthenticationError`, `NotFoundError`, `InvalidRequestError`, `ConflictError`, `OverloadedError`,
+    `JobFailed`, `WaitTimeout`, `RequestTimeout`, `ServiceUnreachable`.
 
     Args:
         base_url: Where the service listens.
         api_key: The key to send, where the service wants one.
         timeout: How long to wait for one answer [s].
+        retries: How requests are repeated that failed on their way.
         transport: How requests travel, when not over the network; for tests.
     """
 
@@ -57,11 +185,11 @@ class Client:
         *,
         api_key: str | None = None,
         timeout: float = 60.0,
+        retries: Retries | None = None,
         transport: httpx2.BaseTransport | None = None,
     ) -> None:
-        self._http = httpx2.Client(
-            base_url=base_url, timeout=timeout, transport=transport, headers=default_headers(api_key)
-        )
+        self._http = httpx2.Client(base_url=base_url, headers=_headers(api_key), limits=_LIMITS, transport=transport)
+        super().__init__(Blocking(self._http, Policy(base_url, timeout, retries or Retries())))
 
     def __enter__(self) -> Self:
         return self
@@ -75,224 +203,46 @@ class Client:
         """Close the connections."""
         self._http.close()
 
-    def upload_object(
+
+class AsyncClient(_Operations[Awaited]):
+    """Talks to a Fingersplit service with awaited calls; the operations, arguments and errors are those of `Client`.
+
+    Use it in an ``async with`` statement, or await `close`. It runs in asyncio and trio, `plan_many` in asyncio only.
+
+    Args:
+        base_url: Where the service listens.
+        api_key: The key to send, where the service wants one.
+        timeout: How long to wait for one answer [s].
+        retries: How requests are repeated that failed on their way.
+        transport: How requests travel, when not over the network; for tests.
+    """
+
+    def __init__(
         self,
-        mesh: Path | str | bytes,
+        base_url: str = DEFAULT_BASE_URL,
         *,
-        unit: str = "m",
-        name: str | None = None,
-        file_type: str | None = None,
-        options: ObjectOptions | None = None,
-        viewpoint: Sequence[float] | None = None,
-    ) -> ObjectInfo:
-        """Upload a mesh or a point cloud; the same one with the same options is always the same object.
+        api_key: str | None = None,
+        timeout: float = 60.0,
+        retries: Retries | None = None,
+        transport: httpx2.AsyncBaseTransport | None = None,
+    ) -> None:
+        self._http = httpx2.AsyncClient(
+            base_url=base_url, headers=_headers(api_key), limits=_LIMITS, transport=transport
+        )
+        super().__init__(Awaited(self._http, Policy(base_url, timeout, retries or Retries())))
 
-        Args:
-            mesh: A file, or the bytes of one.
-            unit: Length unit of the file: ``"m"``, ``"mm"``, ``"cm"`` or ``"in"``.
-            name: Name for people; by default that of the file.
-            file_type: Format, such as ``"stl"``; by default the file's suffix. Needed with bytes.
-            options: Mass, friction and what else is known of the object.
-            viewpoint: Where the camera stood that saw a point cloud, in the file's frame and unit.
-        """
-        return self._run(_objects.upload_object(mesh, unit, name, file_type, options, viewpoint))
+    async def __aenter__(self) -> Self:
+        return self
 
-    def get_object(self, object_id: str) -> ObjectInfo:
-        """One object and what was found in its file."""
-        return self._run(_objects.get_object(object_id))
+    async def __aexit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        await self.close()
 
-    def list_objects(self, *, limit: int = 100, cursor: str | None = None) -> ObjectPage:
-        """A page of the objects, newest first; ``next_cursor`` of one page is ``cursor`` of the next."""
-        return self._run(_objects.list_objects(limit, cursor))
+    async def close(self) -> None:
+        """Close the connections."""
+        await self._http.aclose()
 
-    def delete_object(self, object_id: str) -> None:
-        """Delete an object and its parallel grasps."""
-        return self._run(_objects.delete_object(object_id))
 
-    def mesh(self, object_id: str, file_type: str = "ply") -> bytes:
-        """The checked mesh of an object in metres, as a ply, stl, obj, glb or off file."""
-        return self._run(_objects.mesh(object_id, file_type))
-
-    def generate_parallel_grasps(
-        self, object_id: str, request: ParallelGraspsGenerate | None = None
-    ) -> ParallelGraspSet:
-        """Have parallel grasps of an object found and stored as a set, by default for the default hand."""
-        return self._run(_objects.generate_parallel_grasps(object_id, request or ParallelGraspsGenerate()))
-
-    def import_parallel_grasps(
-        self, object_id: str, grasps: Sequence[ParallelGrasp], *, name: str = ""
-    ) -> ParallelGraspSet:
-        """Store parallel grasps that were found elsewhere as a set."""
-        return self._run(_objects.import_parallel_grasps(object_id, grasps, name))
-
-    def import_grasp_file(
-        self, object_id: str, file: Path | str | bytes, *, file_format: GraspFormat | None = None, name: str = ""
-    ) -> ImportedGraspSet:
-        """Store the parallel grasps in a file that another tool wrote, or in the bytes of one; the best 1024 of them.
-
-        Its content tells the format unless ``file_format`` does, its name that of the set unless ``name`` does.
-        """
-        return self._run(_objects.import_grasp_file(object_id, file, file_format, name))
-
-    def list_parallel_grasps(self, object_id: str) -> list[ParallelGraspSetInfo]:
-        """The sets of parallel grasps of an object, newest first."""
-        return self._run(_objects.list_parallel_grasps(object_id))
-
-    def parallel_grasps(self, object_id: str, set_id: str) -> ParallelGraspSet:
-        """One set of parallel grasps."""
-        return self._run(_objects.parallel_grasps(object_id, set_id))
-
-    def delete_parallel_grasps(self, object_id: str, set_id: str) -> None:
-        """Delete a set of parallel grasps."""
-        return self._run(_objects.delete_parallel_grasps(object_id, set_id))
-
-    def create_job(self, request: JobCreate, *, wait: float = 0.0, idempotency_key: str | None = None) -> Job:
-        """Queue a job.
-
-        Args:
-            request: What to plan.
-            wait: How long the service may wait for the job's end before it answers [s].
-            idempotency_key: With the same key a repeated call returns the first one's job.
-        """
-        return self._run(_jobs.create_job(request, wait, idempotency_key))
-
-    def get_job(self, job_id: str, *, wait: float = 0.0) -> Job:
-        """Where a job stands, with its result once it has succeeded.
-
-        Args:
-            job_id: Id of the job.
-            wait: How long the service may wait for the job's end before it answers [s].
-        """
-        return self._run(_jobs.get_job(job_id, wait))
-
-    def list_jobs(
-        self,
-        *,
-        limit: int = 100,
-        cursor: str | None = None,
-        state: Sequence[JobState] = (),
-        object_id: str | None = None,
-        hand: str | None = None,
-        batch_id: str | None = None,
-    ) -> JobPage:
-        """A page of the jobs, newest first; ``next_cursor`` of one page is ``cursor`` of the next.
-
-        Args:
-            limit: How many to return at most.
-            cursor: Where to go on.
-            state: Only jobs in one of these states.
-            object_id: Only jobs of this object.
-            hand: Only jobs for this hand.
-            batch_id: Only jobs of this batch.
-        """
-        return self._run(_jobs.list_jobs(limit, cursor, state, object_id, hand, batch_id))
-
-    def cancel_job(self, job_id: str) -> Job:
-        """End a job that has not ended; one that has stays as it is."""
-        return self._run(_jobs.cancel_job(job_id))
-
-    def delete_job(self, job_id: str) -> None:
-        """Delete a job with its result, pictures and recordings; one that has not ended is cancelled first."""
-        return self._run(_jobs.delete_job(job_id))
-
-    def create_batch(self, requests: Sequence[JobCreate]) -> Batch:
-        """Queue many jobs; all are accepted, or none is."""
-        return self._run(_jobs.create_batch(requests))
-
-    def get_batch(self, batch_id: str) -> Batch:
-        """How the jobs of a batch stand together."""
-        return self._run(_jobs.get_batch(batch_id))
-
-    def wait(self, job: Job, timeout: float = 300.0, on_progress: _jobs.Progress | None = None) -> Job:
-        """Wait until a job has succeeded.
-
-        Args:
-            job: A job of this service.
-            timeout: How long to wait at most [s].
-            on_progress: Called with the job each time it is looked at.
-
-        Raises:
-            JobFailed: It ended without a result.
-            WaitTimeout: The time is over; the job goes on.
-        """
-        return self._run(_jobs.wait(job, timeout, on_progress))
-
-    def plan(
-        self,
-        mesh: Path | str | bytes,
-        *,
-        unit: str = "m",
-        name: str | None = None,
-        file_type: str | None = None,
-        timeout: float = 300.0,
-        on_progress: _jobs.Progress | None = None,
-        **options: Unpack[_jobs.PlanOptions],
-    ) -> PlanResult:
-        """Upload a mesh, plan grasps for it and wait for them.
-
-        Args:
-            mesh: See `upload_object`.
-            unit: See `upload_object`.
-            name: See `upload_object`.
-            file_type: See `upload_object`.
-            timeout: See `wait`.
-            on_progress: See `wait`.
-            **options: Fields of `JobCreate`, such as hand, starts, seed, planner and verified.
-        """
-        flow = _jobs.plan(mesh, unit, name, file_type, timeout, on_progress, options)
-        return self._run(flow)
-
-    def ready(self) -> bool:
-        """Whether the service is ready: its workers are warm and jobs start without delay."""
-        return self._run(_jobs.ready())
-
-    def hands(self) -> list[HandInfo]:
-        """The hands that can be planned for."""
-        return self._run(_jobs.hands())
-
-    def picture(self, job_id: str, rank: int = 1) -> bytes:
-        """PNG of one grasp of a job: hand and object at the start and at the end, and the quality curve."""
-        return self._run(_jobs.picture(job_id, rank))
-
-    def grasps(self, job_id: str) -> list[Grasp]:
-        """The ranked grasps of a job that has ended."""
-        return self._run(_jobs.grasps(job_id))
-
-    def verification(self, job_id: str) -> JobVerification:
-        """What simulation showed of a job's grasps."""
-        return self._run(_jobs.verification(job_id))
-
-    def recording(self, job_id: str, rank: int = 1) -> bytes:
-        """Recording of one grasp of a job, for the Rerun viewer."""
-        return self._run(_jobs.recording(job_id, rank))
-
-    def events(self, job_id: str, *, last_event_id: str | None = None) -> Iterator[JobEvent]:
-        """Follow a job until it has ended.
-
-        Args:
-            job_id: Id of the job.
-            last_event_id: The last event that was seen; only later ones come.
-        """
-        headers = {"Last-Event-ID": last_event_id} if last_event_id else {}
-        reader = EventReader()
-        try:
-            with self._http.stream("GET", _jobs.events_path(job_id), headers=headers) as response:
-                if not response.is_success:
-                    response.read()
-                    raise ApiError(problem(response))
-                for line in response.iter_lines():
-                    event = reader.read(line)
-                    if event is not None:
-                        yield event
-        except httpx2.TransportError as error:
-            raise ServiceUnreachable(f"The events of job {job_id} broke off: {error}") from error
-
-    def _run(self, flow: Flow[Result]) -> Result:
-        try:
-            call = next(flow)
-            while True:
-                call = flow.send(self._http.request(call.method, call.path, **call.arguments))
-        except StopIteration as end:
-            return end.value  # type: ignore[no-any-return]
-        except httpx2.TransportError as error:
-            raise ServiceUnreachable(f"No answer from {self._http.base_url}: {error}") from error
+def _headers(api_key: str | None) -> dict[str, str]:
+    return {"Authorization": f"Bearer {api_key}"} if api_key else {}

@@ -34,6 +34,7 @@ from fingersplit_client.schemas.plan import (
     PlanResult,
     PlanSummary,
     PlanTimings,
+    Pregrasp,
     Termination,
 )
 from fingersplit_client.schemas.problem import InvalidField, Problem
@@ -44,6 +45,7 @@ from fingersplit_client.schemas.resources import (
     Health,
     ImportedGraspSet,
     ObjectInfo,
+    ObjectLookup,
     ObjectPage,
     ParallelGraspsCreate,
     ParallelGraspSet,
@@ -92,6 +94,7 @@ __all__ = [
     "JobVerification",
     "Metrics",
     "ObjectInfo",
+    "ObjectLookup",
     "ObjectOptions",
     "ObjectPage",
     "ObjectSource",
@@ -105,6 +108,7 @@ __all__ = [
     "PlanSummary",
     "PlanTimings",
     "PlannedObject",
+    "Pregrasp",
     "Problem",
     "Proof",
     "ProtocolName",

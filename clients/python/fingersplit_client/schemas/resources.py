@@ -6,7 +6,7 @@ from typing import Literal
 from pydantic import Field
 
 from fingersplit_client.schemas.base import Document, SourceName, Unit, Vector3
-from fingersplit_client.schemas.objects import CloudReport, IntakeReport, ObjectOptions
+from fingersplit_client.schemas.objects import CloudReport, IntakeReport, ObjectOptions, ObjectSource
 from fingersplit_client.schemas.plan import ParallelGrasp
 
 __all__ = [
@@ -16,6 +16,7 @@ __all__ = [
     "Health",
     "ImportedGraspSet",
     "ObjectInfo",
+    "ObjectLookup",
     "ObjectPage",
     "ParallelGraspSet",
     "ParallelGraspSetInfo",
@@ -39,6 +40,12 @@ class ObjectInfo(Document):
     options: ObjectOptions = Field(default=ObjectOptions(), description="What was said of the object beside its shape.")
     report: IntakeReport | CloudReport = Field(description="What was found in the file and what was repaired.")
     created_at: datetime = Field(description="When the object was first uploaded, UTC.")
+
+
+class ObjectLookup(ObjectOptions, ObjectSource):
+    """Asks for an object by the file that it would be uploaded with, so that known bytes are not sent again."""
+
+    sha256: str = Field(description="SHA-256 of the file, hexadecimal.", pattern=r"^[0-9a-f]{64}$")
 
 
 class ObjectPage(Document):

@@ -1,0 +1,105 @@
+"""Everything that an object and a job can be told, by keyword; `schemas` has the defaults and meanings."""
+
+import difflib
+from collections.abc import Mapping
+from typing import Any, TypedDict, TypeVar
+
+from pydantic import BaseModel, ValidationError
+
+from fingersplit_client.errors import InvalidRequestError, invalid
+from fingersplit_client.schemas import (
+    ControllerName,
+    InvalidField,
+    JobCreate,
+    ObjectOptions,
+    ParallelGrasp,
+    ProtocolName,
+    SourceName,
+)
+
+__all__ = ["JobKeywords", "ObjectKeywords", "PlanKeywords", "job_request", "object_options", "validated"]
+
+Model = TypeVar("Model", bound=BaseModel)
+
+
+class ObjectKeywords(TypedDict, total=False):
+    """What can be said of an object beside its shape: the fields of `ObjectOptions`."""
+
+    density: float | None
+    mass: float | None
+    friction: float | None
+    fairing: float
+
+
+class JobKeywords(TypedDict, total=False):
+    """What a job can ask for: the fields of `JobCreate` but the object."""
+
+    hand: str
+    parallel_grasps: list[ParallelGrasp] | None
+    parallel_grasp_set: str | None
+    source: SourceName
+    starts: int
+    seed: int
+    top_k: int
+    planner: dict[str, bool | int | float | str]
+    verified: int
+    protocol: ProtocolName
+    controller: ControllerName
+    simulated_friction: float | None
+    verify_initial: bool
+    recording: bool
+    priority: int
+    deadline_s: float | None
+
+
+class PlanKeywords(ObjectKeywords, JobKeywords, total=False):
+    """What the one-call plan can ask for."""
+
+
+def object_options(options: Mapping[str, Any]) -> ObjectOptions:
+    """What these keywords say of an object; those for jobs are left out.
+
+    Raises:
+        InvalidRequestError: A value is out of its range.
+    """
+    found = validated(ObjectOptions, {name: options[name] for name in ObjectOptions.model_fields if name in options})
+    if found.mass is not None and found.density is not None:
+        raise invalid("Give mass or density, not both.", InvalidField(field="mass", detail="Density is given, too."))
+    return found
+
+
+def job_request(object_id: str, options: Mapping[str, Any]) -> JobCreate:
+    """What these keywords ask of a job; those for objects are left out.
+
+    Raises:
+        InvalidRequestError: A keyword is not known, or a value out of its range.
+    """
+    mine = {name: value for name, value in options.items() if name not in ObjectOptions.model_fields}
+    for name in mine.keys() - JobCreate.model_fields.keys():
+        known = sorted((JobCreate.model_fields.keys() | ObjectOptions.model_fields.keys()) - {"object_id"})
+        close = difflib.get_close_matches(name, known, 1)
+        hint = f"did you mean {close[0]!r}?" if close else f"known are {', '.join(known)}."
+        raise invalid(f"There is no option {name!r}; {hint}")
+    return validated(JobCreate, {"object_id": object_id} | mine)
+
+
+def validated(model: type[Model], values: Mapping[str, Any]) -> Model:
+    """A document of these values.
+
+    Raises:
+        InvalidRequestError: A value is not valid; the message names the field, what is wrong and what was given.
+    """
+    try:
+        return model.model_validate(values)
+    except ValidationError as error:
+        raise _refused(error) from error
+
+
+def _refused(error: ValidationError) -> InvalidRequestError:
+    fields = []
+    for one in error.errors()[:5]:
+        place = ".".join(map(str, one["loc"]))
+        given = repr(one["input"])
+        shown = given if len(given) <= 60 else f"{given[:57]}..."
+        fields.append(InvalidField(field=place, detail=f"{one['msg']}, not {shown}."))
+    return invalid("Some options are not valid.", *fields)

@@ -1,0 +1,351 @@
+"""Results as robot programs want them: the documents of the wire with matrices, frames, pictures and exports.
+
+`PlanResult`, `Grasp`, `Pregrasp` and `Job` have every field of the wire type they extend, and are written like it. What
+needs the service again (pictures, exports) blocks where the result came from a `Client`, and is awaited where it came
+from an `AsyncClient`.
+"""
+
+import math
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Generic, Literal, Self
+
+from pydantic import ConfigDict, PrivateAttr, ValidationError
+
+from fingersplit_client import _notebook, schemas
+from fingersplit_client._exchange import quoted
+from fingersplit_client._flow import Flow
+from fingersplit_client.errors import FingersplitClientError, invalid
+from fingersplit_client.frames import PlacedGrasp
+from fingersplit_client.modes import Blocking, Bound, Mode, operation
+from fingersplit_client.schemas import Vector3
+from fingersplit_client.transforms import Transform, TransformLike, dot, norm, subtract
+
+__all__ = ["Grasp", "Job", "JointState", "Link", "PlanResult", "Pregrasp"]
+
+JointState = Literal["grasp", "pregrasp", "squeeze"]
+"""Which joints of a grasp: when the pads touch, during the approach, or the targets that press the pads on."""
+
+
+@dataclass(frozen=True)
+class Link:
+    """Where a result came from; not copied with it, and of a pickled result only the id is left.
+
+    Attributes:
+        mode: The client's connections; None for a result from a file.
+        job_id: Id of the job; None for a result from a file.
+    """
+
+    mode: Any = None
+    job_id: str | None = None
+
+    def __deepcopy__(self, memo: Any) -> Self:
+        return self
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Link, (None, self.job_id)
+
+
+class _Linked(schemas.Document, Bound[Mode], Generic[Mode]):
+    """A document that knows its job."""
+
+    model_config = ConfigDict(ignored_types=(operation,))
+    _link: Link = PrivateAttr(default_factory=Link)
+
+    @property
+    def job_id(self) -> str | None:
+        """Id of the job it came from; None where that is not known."""
+        return self._link.job_id
+
+    def _mode(self) -> Mode:
+        if self._link.mode is None or self._link.job_id is None:
+            raise FingersplitClientError(
+                "This result came from a file, and the service must be asked: load it with a client and its job_id."
+            )
+        return self._link.mode  # type: ignore[no-any-return]
+
+    @property
+    def _job_path(self) -> str:
+        self._mode()
+        return f"/v1/jobs/{quoted(self._link.job_id or '')}"
+
+    def __eq__(self, other: object) -> bool:
+        return type(self) is type(other) and self.__dict__ == other.__dict__
+
+
+class Pregrasp(schemas.Pregrasp):
+    """Where to come from, in the object frame."""
+
+    @property
+    def pose(self) -> Transform:
+        """The palm, ``object_from_palm``."""
+        return Transform(self.palm.position, self.palm.wxyz)
+
+    @property
+    def matrix(self) -> Any:
+        """The palm, ``object_from_palm`` (4, 4): a numpy array where numpy is installed."""
+        return self.pose.matrix
+
+
+class Grasp(schemas.Grasp, _Linked[Mode], Generic[Mode]):
+    """One planned grasp, object frame."""
+
+    pregrasp: Pregrasp | None
+
+    @property
+    def pose(self) -> Transform:
+        """The palm, ``object_from_palm``."""
+        return Transform(self.palm.position, self.palm.wxyz)
+
+    @property
+    def matrix(self) -> Any:
+        """The palm, ``object_from_palm`` (4, 4): a numpy array where numpy is installed, else nested tuples."""
+        return self.pose.matrix
+
+    @property
+    def approach(self) -> Vector3 | None:
+        """Unit direction from the pre-grasp to the grasp, object frame; None where no straight way in is free."""
+        if self.pregrasp is None:
+            return None
+        way = subtract(self.palm.position, self.pregrasp.palm.position)
+        length = norm(way)
+        return None if length == 0 else (way[0] / length, way[1] / length, way[2] / length)
+
+    @property
+    def held(self) -> bool | None:
+        """Whether it held in simulation; None where it was not simulated."""
+        return None if self.verification is None else self.verification.passed
+
+    def in_frame(self, frame_from_object: TransformLike, name: str = "world") -> PlacedGrasp[Mode]:
+        """The grasp in the frame of the robot, the camera or the world.
+
+        Args:
+            frame_from_object: Pose of the object in that frame [m]: a 4x4 matrix, a pair of position and wxyz, or a
+                `Transform`.
+            name: What the frame is called, for exports.
+        """
+        return PlacedGrasp(self, Transform.of(frame_from_object), name)
+
+    def joint_vector(self, names: Sequence[str] | Mapping[str, str], at: JointState = "grasp") -> list[float]:
+        """Joint angles in the order that a driver wants [rad].
+
+        Args:
+            names: Names of the joints in that order; where the driver has its own names, a mapping from each of them,
+                in that order, to the hand's.
+            at: Which joints.
+
+        Raises:
+            InvalidRequestError: The hand has no such joint, or the grasp no pre-grasp.
+        """
+        joints = self._joints(at)
+        wanted = list(names.values()) if isinstance(names, Mapping) else list(names)
+        unknown = [name for name in wanted if name not in joints]
+        if unknown:
+            raise invalid(f"The hand has no joints {', '.join(unknown)}; it has {', '.join(joints)}.")
+        return [joints[name] for name in wanted]
+
+    def _joints(self, at: JointState) -> dict[str, float]:
+        if at == "squeeze":
+            return self.squeeze_joints
+        if at == "grasp":
+            return self.joints
+        if at != "pregrasp":
+            raise invalid(f"Joints can be those at the grasp, pregrasp or squeeze, not at {at!r}.")
+        if self.pregrasp is None:
+            raise invalid(f"The grasp of rank {self.rank} has no pre-grasp: no straight way in is free.")
+        return self.pregrasp.joints
+
+    @operation
+    def export(self, format_name: str) -> Flow[bytes]:
+        """The grasp as a file of another tool, such as ``"moveit"`` or ``"isaac_grasp"``, object frame."""
+        path = f"{self._job_path}/export/{quoted(format_name)}"
+        response = yield from self._exchange("GET", path, params={"rank": self.rank})
+        return bytes(response.content)
+
+    @operation
+    def picture(self) -> Flow[bytes]:
+        """PNG of hand and object at the start and at the end, and the quality curve."""
+        response = yield from self._exchange("GET", f"{self._job_path}/grasps/{self.rank}/picture.png")
+        return bytes(response.content)
+
+    def __repr__(self) -> str:
+        words = ["feasible" if self.feasible else f"not feasible ({self.termination})"]
+        if self.metrics.holding_margin is not None:
+            words.append(f"holding margin {self.metrics.holding_margin:.2f} N")
+        if self.held is not None:
+            words.append("held in simulation" if self.held else "did not hold in simulation")
+        return f"<Grasp of rank {self.rank}: {', '.join(words)}>"
+
+    __str__ = __repr__
+
+
+class PlanResult(schemas.PlanResult, _Linked[Mode], Generic[Mode]):
+    """The ranked grasps of a job."""
+
+    grasps: list[Grasp[Mode]]  # type: ignore[assignment]  # a list of the same documents, which can do more
+    _pictures: dict[int, bytes] = PrivateAttr(default_factory=dict)
+
+    @property
+    def best(self) -> Grasp[Mode]:
+        """The first feasible grasp that held in simulation; where none was simulated, the first feasible one.
+
+        Raises:
+            FingersplitClientError: There is none; the message is the planner's.
+        """
+        feasible = self.select()
+        verified = [grasp for grasp in feasible if grasp.held is not None]
+        best = next((grasp for grasp in verified if grasp.held), None)
+        if best is None and feasible and not verified:
+            best = feasible[0]
+        if best is None:
+            what = "No grasp held in simulation" if verified else "There is no feasible grasp"
+            raise FingersplitClientError(f"{what}. {self.summary.message}")
+        return best
+
+    def select(
+        self,
+        *,
+        feasible: bool = True,
+        verified: bool = False,
+        approach: Sequence[float] | None = None,
+        within: float = math.pi / 4,
+        margin: float | None = None,
+        clearance: float | None = None,
+        frame_from_object: TransformLike | None = None,
+    ) -> list[Grasp[Mode]]:
+        """The grasps that fulfil all that is asked for, best first.
+
+        Args:
+            feasible: Only feasible ones.
+            verified: Only those that held in simulation.
+            approach: Only those whose approach points about this way; those without a free way in are left out.
+            within: Largest angle between the two [rad].
+            margin: Least holding margin [N].
+            clearance: Least distance to what stands around [m], where the result tells it.
+            frame_from_object: Pose of the object in the frame of ``approach``; by default that is the object frame.
+
+        Raises:
+            InvalidRequestError: The result does not say what is asked for.
+        """
+        chosen = [grasp for grasp in self.grasps if grasp.feasible or not feasible]
+        if verified:
+            chosen = [grasp for grasp in chosen if grasp.held]
+        if margin is not None:
+            chosen = [one for one in chosen if _margin(one) >= margin]
+        if clearance is not None:
+            chosen = [grasp for grasp in chosen if _clearance(grasp) >= clearance]
+        if approach is not None:
+            pose = Transform() if frame_from_object is None else Transform.of(frame_from_object)
+            wanted = pose.inverse().rotate(approach)
+            chosen = [one for one in chosen if one.approach and _angle(one.approach, wanted) <= within]
+        return chosen
+
+    @operation
+    def picture(self, rank: int | None = None) -> Flow[bytes]:
+        """PNG of one grasp, by default the best: hand and object at the start and at the end, and the quality curve."""
+        shown = self.best.rank if rank is None else rank
+        if shown not in self._pictures:
+            response = yield from self._exchange("GET", f"{self._job_path}/grasps/{shown}/picture.png")
+            self._pictures[shown] = bytes(response.content)
+        return self._pictures[shown]
+
+    @operation
+    def export(self, format_name: str) -> Flow[bytes]:
+        """All feasible grasps as a file of another tool, such as ``"moveit"`` or ``"isaac_grasp"``, object frame."""
+        response = yield from self._exchange("GET", f"{self._job_path}/export/{quoted(format_name)}")
+        return bytes(response.content)
+
+    def save(self, path: "os.PathLike[str] | str") -> None:
+        """Write the result document as JSON; ``fingersplit verify``, ``export`` and `load` read it."""
+        staged = Path(f"{os.fspath(path)}.part")
+        staged.write_text(self.model_dump_json(indent=2) + "\n", encoding="utf-8")
+        staged.replace(path)  # a file that is there is whole
+
+    @classmethod
+    def load(cls, path: "os.PathLike[str] | str", client: Any = None, job_id: str | None = None) -> Self:
+        """A result that was saved, or that ``fingersplit plan --json`` wrote.
+
+        Args:
+            path: The file.
+            client: Whom to ask for pictures and exports.
+            job_id: Id of the job that it came from, needed for these; it is not in the file.
+
+        Raises:
+            FingersplitClientError: The file holds no result of this version.
+            OSError: It cannot be read.
+        """
+        try:
+            result = cls.model_validate_json(Path(path).read_bytes())
+        except ValidationError as error:
+            raise FingersplitClientError(
+                f"{os.fspath(path)} holds no result of this version: {_first(error)}"
+            ) from error
+        return result.linked(Link(None if client is None else client._mode(), job_id))
+
+    def linked(self, link: Link) -> Self:
+        """Tell the result and its grasps where they came from."""
+        self._link = link
+        for grasp in self.grasps:
+            grasp._link = link
+        return self
+
+    def __repr__(self) -> str:
+        held = "" if self.summary.verification is None else f", {self.summary.verification.held} held in simulation"
+        feasible = f"{self.summary.feasible} of {self.starts} starts feasible"
+        job = "" if self.job_id is None else f", job {self.job_id}"
+        return f"<PlanResult {self.hand} on {self.object.name}: {len(self.grasps)} grasps, {feasible}{held}{job}>"
+
+    __str__ = __repr__
+
+    def _repr_html_(self) -> str:
+        return _notebook.result_html(self, self._shown_picture())
+
+    def _shown_picture(self) -> bytes | None:
+        """The picture for a notebook: one that is there, else one that can be had without waiting elsewhere."""
+        if not self._pictures and isinstance(self._link.mode, Blocking):
+            try:
+                Blocking.run(self._link.mode, PlanResult.picture.flow(self))
+            except FingersplitClientError:
+                return None
+        return next(iter(self._pictures.values()), None)
+
+
+class Job(schemas.Job, _Linked[Mode], Generic[Mode]):
+    """Where a job stands, what was asked for, and its result once it has succeeded."""
+
+    result: PlanResult[Mode] | None
+
+    @property
+    def ended(self) -> bool:
+        """Whether it has succeeded, failed or was cancelled."""
+        return self.state in ("succeeded", "failed", "cancelled")
+
+    def __repr__(self) -> str:
+        return f"<Job {self.id}: {self.state}, {self.hand} on {self.object_name}>"
+
+    __str__ = __repr__
+
+
+def _margin(grasp: schemas.Grasp) -> float:
+    return -math.inf if grasp.metrics.holding_margin is None else grasp.metrics.holding_margin
+
+
+def _clearance(grasp: schemas.Grasp) -> float:
+    value = getattr(grasp, "clearance", None)
+    if value is None:
+        raise invalid("The result says nothing of clearance; leave clearance out, or plan with a scene.")
+    return float(value)
+
+
+def _angle(a: Sequence[float], b: Sequence[float]) -> float:
+    length = norm(a) * norm(b)
+    if length == 0:
+        raise invalid("A direction of approach must not be zero.")
+    return math.acos(max(-1.0, min(1.0, dot(a, b) / length)))
+
+
+def _first(error: ValidationError) -> str:
+    first = error.errors()[0]
+    return f"{'.'.join(map(str, first['loc'])) or 'the document'}: {first['msg']}"
