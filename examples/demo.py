@@ -16,7 +16,7 @@ from rich.console import Console
 from rich.status import Status
 from rich.table import Table
 
-from fingersplit_client import Client, Job, JobCreate, PlanResult, ServiceUnreachable
+from fingersplit_client import Client, JobSummary, PlanResult
 
 REPOSITORY = Path(__file__).parent.parent
 MUG = REPOSITORY / "examples" / "objects" / "mug.ply"
@@ -31,16 +31,13 @@ def main() -> None:
     OUTPUT.mkdir(parents=True, exist_ok=True)
     with _service(console) as client:
         console.print(f"Uploading {MUG.relative_to(REPOSITORY)}")
-        mug = client.upload_object(MUG, unit="m", name="mug")
-        job = client.create_job(JobCreate(object_id=mug.id, hand="barrett", starts=64, seed=1, verified=1))
         with console.status("planning") as status:
-            job = client.wait(job, on_progress=lambda state: _show(status, state))
+            result = client.plan(MUG, starts=64, seed=1, verified=1, on_progress=lambda job: _show(status, job))
         picture = OUTPUT / "mug.png"
-        picture.write_bytes(client.picture(job.id, rank=1))
-    assert job.result is not None  # `wait` returns succeeded jobs only
-    (OUTPUT / "mug.json").write_text(job.result.model_dump_json(indent=2) + "\n")
-    console.print(_table(job.result))
-    console.print(_verdict(job.result))
+        picture.write_bytes(result.picture())
+    result.save(OUTPUT / "mug.json")
+    console.print(_table(result))
+    console.print(_verdict(result))
     console.print(f"Result:  {(OUTPUT / 'mug.json').relative_to(REPOSITORY)}")
     console.print(f"Picture: {picture.relative_to(REPOSITORY)} (best grasp: start, end, and how quality rose)")
 
@@ -71,23 +68,19 @@ def _wait_until_ready(client: Client, service: subprocess.Popen[bytes]) -> None:
     while time.monotonic() < deadline:
         if service.poll() is not None:
             sys.exit(f"The service ended early; its log is {OUTPUT / 'service.log'}.")
-        try:
-            if client.ready():
-                return
-        except ServiceUnreachable:
-            pass
-        time.sleep(0.1)
+        if client.ready(timeout=1):
+            return
     sys.exit(f"The service was not ready within {READY_WITHIN:g} s; its log is {OUTPUT / 'service.log'}.")
 
 
-def _show(status: Status, job: Job) -> None:
+def _show(status: Status, job: JobSummary) -> None:
     status.update(f"planning: {job.stage or job.state} {job.progress:.0%}")
 
 
 def _verdict(result: PlanResult) -> str:
     """What the simulation of the ranked grasps showed."""
-    for grasp in result.grasps:
-        if grasp.verification is not None and grasp.verification.passed:
+    for grasp in result.select(verified=True):
+        if grasp.verification is not None:
             return f"Lifted in simulation: the grasp of rank {grasp.rank} held. {grasp.verification.explanation}"
     return "Lifted in simulation: no grasp held."
 

@@ -15,7 +15,7 @@ from playwright.sync_api import Browser, ConsoleMessage, Page, ViewportSize, syn
 
 from chromium import ensure_chromium
 from fingersplit.objects.parametric import PARAMETRIC_OBJECTS
-from fingersplit_client import ApiError, Client, JobCreate, ServiceUnreachable
+from fingersplit_client import Client, JobCreate
 from pages import LAPTOP
 
 REPOSITORY = Path(__file__).parents[2]
@@ -54,12 +54,8 @@ def _wait_until_ready(process: "subprocess.Popen[bytes]", url: str) -> None:
     end = time.monotonic() + 600  # with nothing compiled yet it takes minutes
     with Client(url) as client:
         while process.poll() is None and time.monotonic() < end:
-            try:
-                if client.ready():
-                    return
-            except (ServiceUnreachable, ApiError):
-                pass
-            time.sleep(0.5)
+            if client.ready(timeout=1):
+                return
     raise AssertionError("The service did not become ready.")
 
 
@@ -123,9 +119,9 @@ def runs(service: str, tmp_path_factory: pytest.TempPathFactory) -> tuple[str, s
     can = tmp_path_factory.mktemp("meshes") / "can.ply"
     PARAMETRIC_OBJECTS["cylinder"]().trimesh.export(can)
     with Client(service, timeout=120) as client:
-        uploaded = client.upload_object(can, unit="m", name="a can")
+        uploaded = client.objects.upload(can, unit="m", name="a can")
         jobs = [
-            client.create_job(JobCreate(object_id=uploaded.id, starts=starts, seed=1, planner={"friction": friction}))
+            client.jobs.create(JobCreate(object_id=uploaded.id, starts=starts, seed=1, planner={"friction": friction}))
             for starts, friction in ((12, 0.6), (24, 0.8))
         ]
-        return tuple(client.wait(job).id for job in jobs)
+        return tuple(client.jobs.wait(job).id for job in jobs)

@@ -188,8 +188,8 @@ def test_a_name_with_markup_is_text(visit, service, tmp_path):
     name = "<img src=x onerror=alert(1)>"
     PARAMETRIC_OBJECTS["box"]().trimesh.export(tmp_path / "box.ply")
     with Client(service) as client:
-        box = client.upload_object(tmp_path / "box.ply", unit="m", name=name)
-        client.create_job(JobCreate(object_id=box.id, starts=1))
+        box = client.objects.upload(tmp_path / "box.ply", unit="m", name=name)
+        client.jobs.create(JobCreate(object_id=box.id, starts=1))
     page = visit("/review")
     expect(page.get_by_role("link", name=name).first).to_be_visible()
     assert page.locator("img[src='x']").count() == 0

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from app_transports import RunningApp, running_app
 
+from app_transports import RunningApp, running_app
 from fingersplit.objects.parametric import cylinder
 from fingersplit_client import AsyncClient, Client, PlanResult
 

@@ -42,7 +42,9 @@ def test_keywords_are_all_that_the_wire_takes() -> None:
 
 def _plain(annotation: object) -> str:
     """A type without the limits of its values."""
-    return str(annotation).replace("NoneType", "None").split("Annotated[")[-1].split(", FieldInfo")[0].split(" | None")[0]
+    return (
+        str(annotation).replace("NoneType", "None").split("Annotated[")[-1].split(", FieldInfo")[0].split(" | None")[0]
+    )
 
 
 def test_every_option_of_a_plan_is_documented() -> None:
@@ -89,7 +91,9 @@ def test_the_client_alone_needs_few_packages() -> None:
         name = waiting.pop()
         needed.add(name)
         wanted = [Requirement(text) for text in requires(name) or []]
-        names = [canonicalize_name(one.name) for one in wanted if one.marker is None or one.marker.evaluate({"extra": ""})]
+        names = [
+            canonicalize_name(one.name) for one in wanted if one.marker is None or one.marker.evaluate({"extra": ""})
+        ]
         waiting += [name for name in names if name not in needed]
     assert len(needed) <= 12, sorted(needed)
     assert "numpy" not in needed

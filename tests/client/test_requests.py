@@ -8,8 +8,6 @@ from typing import Any
 import anyio
 import httpx2
 import pytest
-from job_documents import job_document, problem_document
-from scripted_server import Step, answers, cuts, cuts_midway, says_nothing, scripted_server, streams
 
 from fingersplit_client import (
     ApiError,
@@ -32,6 +30,8 @@ from fingersplit_client import (
 from fingersplit_client._exchange import Deadline, Policy, exchange
 from fingersplit_client._flow import Pause, Send
 from fingersplit_client.retries import retry_after
+from job_documents import job_document, problem_document
+from scripted_server import Step, answers, cuts, cuts_midway, says_nothing, scripted_server, streams
 
 pytestmark = pytest.mark.anyio
 AT_ONCE = Retries(pause=0.0)
@@ -121,9 +121,9 @@ async def test_a_server_that_says_nothing_is_not_waited_for_forever(ask: Any) ->
 )
 async def test_each_cause_has_its_error(ask: Any, status: int, cause: type[ApiError]) -> None:
     document = problem_document(status, "Unknown hand 'claw'.", valid=["barrett"] if status == 422 else [])
-    with scripted_server(answers(document, status, X_Request_ID="seen")) as server:
-        with pytest.raises(ApiError, match="Unknown hand 'claw'") as caught:
-            await ask(server.url, lambda client: client.hands.list(), retries=Retries(attempts=1))
+    refuses = answers(document, status, X_Request_ID="seen")
+    with scripted_server(refuses) as server, pytest.raises(ApiError, match="Unknown hand 'claw'") as caught:
+        await ask(server.url, lambda client: client.hands.list(), retries=Retries(attempts=1))
     assert type(caught.value) is cause
     assert (caught.value.problem.status, caught.value.request_id) == (status, "seen")
     assert caught.value.advice == ("Valid: barrett." if status == 422 else cause.default_advice)
@@ -136,9 +136,9 @@ async def test_an_answer_of_something_between_is_an_error_of_its_status(ask: Any
 
 
 async def test_a_document_of_another_version_is_refused(ask: Any) -> None:
-    with scripted_server(answers(job_document(surprise=1))) as server:
-        with pytest.raises(FingersplitClientError, match="version"):
-            await ask(server.url, lambda client: client.jobs.get("a"))
+    other = answers(job_document(surprise=1))
+    with scripted_server(other) as server, pytest.raises(FingersplitClientError, match="version"):
+        await ask(server.url, lambda client: client.jobs.get("a"))
 
 
 async def test_an_id_stays_one_part_of_the_path(ask: Any) -> None:
@@ -149,9 +149,9 @@ async def test_an_id_stays_one_part_of_the_path(ask: Any) -> None:
 
 async def test_fields_stand_in_the_message(ask: Any) -> None:
     problem = problem_document(422, "Some fields are not valid.", errors=[{"field": "/starts", "detail": "Too small."}])
-    with scripted_server(answers(problem, 422)) as server:
-        with pytest.raises(InvalidRequestError, match=r"not valid\. /starts: Too small\. \(HTTP 422\)"):
-            await ask(server.url, lambda client: client.hands.list())
+    message = r"not valid\. /starts: Too small\. \(HTTP 422\)"
+    with scripted_server(answers(problem, 422)) as server, pytest.raises(InvalidRequestError, match=message):
+        await ask(server.url, lambda client: client.hands.list())
 
 
 @pytest.mark.parametrize(

@@ -21,7 +21,9 @@ def close(a: Transform, b: Transform) -> bool:
 
 @given(TRANSFORMS)
 def test_the_matrix_is_the_planners(a: Transform) -> None:
-    np.testing.assert_allclose(a.matrix, pose_matrix(rotation_from_wxyz(np.array(a.wxyz)), np.array(a.position)), atol=1e-12)
+    np.testing.assert_allclose(
+        a.matrix, pose_matrix(rotation_from_wxyz(np.array(a.wxyz)), np.array(a.position)), atol=1e-12
+    )
 
 
 @given(TRANSFORMS, TRANSFORMS, TRANSFORMS)
@@ -46,10 +48,17 @@ def test_a_matrix_gives_its_transform_back(a: Transform) -> None:
 
 @pytest.mark.parametrize(
     "pose",
-    [np.zeros((4, 4)), np.diag([1, 1, -1, 1]), np.diag([2, 2, 2, 1]), np.eye(3), [[1, 0, 0, 0]] * 4, ((0, 0), (1, 0, 0, 0))],
+    [
+        np.zeros((4, 4)),
+        np.diag([1, 1, -1, 1]),
+        np.diag([2, 2, 2, 1]),
+        np.eye(3),
+        [[1, 0, 0, 0]] * 4,
+        ((0, 0), (1, 0, 0, 0)),
+    ],
 )
 def test_what_is_no_pose_is_refused(pose: object) -> None:
-    with pytest.raises(InvalidRequestError, match="4x4|position"):
+    with pytest.raises(InvalidRequestError, match=r"4x4|position"):
         Transform.of(pose)
 
 

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from fingersplit.objects.parametric import PARAMETRIC_OBJECTS
-from fingersplit_client import ApiError, Client, JobCreate, ObjectOptions, ParallelGraspsGenerate, ServiceUnreachable
+from fingersplit_client import ApiError, Client, JobCreate, ParallelGraspsGenerate
 from one_view import one_view
 
 
@@ -34,18 +34,11 @@ def serving(data_dir: Path, port: int, spare_workers: int = 1) -> Iterator[Clien
     with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env=environment) as process:
         try:
             with Client(f"http://127.0.0.1:{port}") as client:
-                wait_until(lambda: is_ready(client), 300)  # with nothing compiled yet it takes minutes
+                assert client.ready(timeout=300)  # with nothing compiled yet it takes minutes
                 yield client
         finally:
             process.terminate()
             process.wait(30)
-
-
-def is_ready(client: Client) -> bool:
-    try:
-        return client.ready()
-    except ServiceUnreachable:
-        return False
 
 
 @pytest.fixture(scope="module")
@@ -83,45 +76,44 @@ def poses(result: Any) -> list[Any]:
 def test_a_cloud_is_grasped(client):
     cloud, file = one_view(PARAMETRIC_OBJECTS["cylinder"](), (1.0, 0.4, 0.6)), io.BytesIO()
     np.savez(file, points=1e3 * cloud.points)
-    uploaded = client.upload_object(
+    uploaded = client.objects.upload(
         file.getvalue(), file_type="npz", unit="mm", viewpoint=(1e3 * cloud.viewpoint).tolist(), name="seen can"
     )
     assert uploaded.report.viewpoint
-    job = client.wait(client.create_job(JobCreate(object_id=uploaded.id, starts=32)))
+    job = client.jobs.wait(client.jobs.create(JobCreate(object_id=uploaded.id, starts=32)))
     assert job.result.object.seen < 1
     assert job.result.object.id == uploaded.id
     assert job.result.summary.feasible > 0
     assert job.result.grasps[0].feasible
-    assert client.picture(job.id).startswith(b"\x89PNG")
+    assert client.jobs.picture(job.id).startswith(b"\x89PNG")
 
 
 def test_what_was_said_of_an_object_counts(client):
-    uploaded = client.upload_object(mesh_of("cylinder"), file_type="ply", options=ObjectOptions(mass=0.35, friction=1))
-    job = client.wait(client.create_job(JobCreate(object_id=uploaded.id, starts=8, source="both")))
+    uploaded = client.objects.upload(mesh_of("cylinder"), file_type="ply", mass=0.35, friction=1)
+    job = client.jobs.wait(client.jobs.create(JobCreate(object_id=uploaded.id, starts=8, source="both")))
     assert job.result.object.mass == 0.35
-    assert job.result.object.id == uploaded.id != client.upload_object(mesh_of("cylinder"), file_type="ply").id
+    assert job.result.object.id == uploaded.id != client.objects.upload(mesh_of("cylinder"), file_type="ply").id
 
 
 def test_paper_fidelity_can_be_asked_for(client):
-    uploaded = client.upload_object(mesh_of("cylinder"), file_type="ply")
-    job = client.wait(client.create_job(JobCreate(object_id=uploaded.id, starts=8, planner={"fidelity": "paper"})))
+    uploaded = client.objects.upload(mesh_of("cylinder"), file_type="ply")
+    asked = JobCreate(object_id=uploaded.id, starts=8, planner={"fidelity": "paper"})
+    job = client.jobs.wait(client.jobs.create(asked))
     assert job.result.grasps
     with pytest.raises(ApiError, match="fidelity"):
-        client.create_job(JobCreate(object_id=uploaded.id, planner={"fidelity": "none"}))
+        client.jobs.create(JobCreate(object_id=uploaded.id, planner={"fidelity": "none"}))
 
 
 def test_a_verified_grasp_holds(client, data_dir):
-    uploaded = client.upload_object(
-        mesh_of("box"), file_type="ply", name="box", options=ObjectOptions(mass=0.1, friction=0.8)
-    )
+    uploaded = client.objects.upload(mesh_of("box"), file_type="ply", name="box", mass=0.1, friction=0.8)
     wait_until(lambda: any((data_dir / "cache").glob(f"pieces-{uploaded.id}-*.arrays")))  # before any job needs them
     pieces = entry(data_dir, "pieces", uploaded.id).stat().st_ino
     asked = JobCreate(object_id=uploaded.id, starts=32, verified=1, verify_initial=True, simulated_friction=0.75)
-    job = client.wait(client.create_job(asked))
+    job = client.jobs.wait(client.jobs.create(asked))
 
     assert job.verified == 1
     assert job.result.summary.verification.held == 1
-    reports = client.verification(job.id)
+    reports = client.jobs.verification(job.id)
     assert (reports.asked, reports.verified) == (1, 1)
     best = next(report for report in reports.grasps if report.verification.passed)
     assert best.verification.settings["friction"] == [0.75, 0.75, 0.75]
@@ -132,9 +124,9 @@ def test_a_verified_grasp_holds(client, data_dir):
 
 
 def test_parallel_grasps_come_from_every_source(client):
-    uploaded = client.upload_object(mesh_of("cylinder"), file_type="ply")
+    uploaded = client.objects.upload(mesh_of("cylinder"), file_type="ply")
     found = {
-        source: client.generate_parallel_grasps(uploaded.id, ParallelGraspsGenerate(count=4, source=source))
+        source: client.parallel_grasps.generate(uploaded.id, ParallelGraspsGenerate(count=4, source=source))
         for source in ("antipodal", "surface_fitting", "both")
     }
     assert all(one.count > 0 for one in found.values())
@@ -142,60 +134,60 @@ def test_parallel_grasps_come_from_every_source(client):
 
 
 def test_parallel_grasps_are_found_for_the_friction_of_the_object(client):
-    slippery = client.upload_object(mesh_of("ellipsoid"), file_type="ply", options=ObjectOptions(friction=0.05))
-    rough = client.upload_object(mesh_of("ellipsoid"), file_type="ply", options=ObjectOptions(friction=1.0))
+    slippery = client.objects.upload(mesh_of("ellipsoid"), file_type="ply", friction=0.05)
+    rough = client.objects.upload(mesh_of("ellipsoid"), file_type="ply", friction=1.0)
 
     def found(object_id: str, friction: float | None = None) -> Any:
         request = ParallelGraspsGenerate(count=16, friction=friction)
-        return client.generate_parallel_grasps(object_id, request).parallel_grasps
+        return client.parallel_grasps.generate(object_id, request).parallel_grasps
 
     assert found(slippery.id) == found(slippery.id, 0.05) == found(rough.id, 0.05)
     assert found(rough.id) == found(rough.id, 1.0) != found(slippery.id)
 
 
 def test_a_deleted_object_leaves_no_file(client, data_dir):
-    uploaded = client.upload_object(mesh_of("mug"), file_type="ply", options=ObjectOptions(mass=0.2))
-    client.mesh(uploaded.id, "stl")
+    uploaded = client.objects.upload(mesh_of("mug"), file_type="ply", mass=0.2)
+    client.objects.mesh(uploaded.id, "stl")
     wait_until(lambda: any((data_dir / "cache").glob(f"pieces-{uploaded.id}-*.arrays")))
     assert len(kept_of(data_dir, uploaded.id)) == 4  # shape, export, prepared object, pieces
-    client.delete_object(uploaded.id)
+    client.objects.delete(uploaded.id)
     assert kept_of(data_dir, uploaded.id) == []
 
-    again = client.upload_object(mesh_of("mug"), file_type="ply", options=ObjectOptions(mass=0.2))
-    client.delete_object(again.id)  # while or before its pieces are computed
-    other = client.upload_object(mesh_of("box"), file_type="ply", options=ObjectOptions(mass=0.3))
+    again = client.objects.upload(mesh_of("mug"), file_type="ply", mass=0.2)
+    client.objects.delete(again.id)  # while or before its pieces are computed
+    other = client.objects.upload(mesh_of("box"), file_type="ply", mass=0.3)
     wait_until(lambda: any((data_dir / "cache").glob(f"pieces-{other.id}-*.arrays")))  # which comes after
     assert kept_of(data_dir, again.id) == []
 
 
 def test_a_restarted_service_loads_what_was_prepared_and_repairs_what_was_damaged(tmp_path, unused_port):
     with serving(tmp_path, unused_port) as client:
-        object_id = client.upload_object(mesh_of("cylinder"), file_type="ply").id
+        object_id = client.objects.upload(mesh_of("cylinder"), file_type="ply").id
         order = JobCreate(object_id=object_id, starts=8, seed=4)
-        first = client.wait(client.create_job(order)).result
+        first = client.jobs.wait(client.jobs.create(order)).result
     kept = entry(tmp_path, "object", object_id)
     prepared = kept.stat().st_ino, kept.read_bytes()
 
     with serving(tmp_path, unused_port, spare_workers=0) as client:
-        assert poses(client.wait(client.create_job(order)).result) == poses(first)
+        assert poses(client.jobs.wait(client.jobs.create(order)).result) == poses(first)
     assert kept.stat().st_ino == prepared[0]
 
     damaged = bytearray(prepared[1])
     damaged[len(damaged) // 2] ^= 0xFF
     kept.write_bytes(damaged)
     with serving(tmp_path, unused_port) as client:
-        assert poses(client.wait(client.create_job(order)).result) == poses(first)
+        assert poses(client.jobs.wait(client.jobs.create(order)).result) == poses(first)
     assert kept.read_bytes() == prepared[1]
     assert kept.stat().st_ino != prepared[0]
 
 
 def test_a_job_that_comes_before_the_convex_pieces_computes_them_itself(tmp_path, unused_port):
     with serving(tmp_path, unused_port, spare_workers=0) as client:
-        object_id = client.upload_object(mesh_of("cylinder"), file_type="ply").id
+        object_id = client.objects.upload(mesh_of("cylinder"), file_type="ply").id
         stories, pieces = [], set()
         for _ in range(2):
-            job = client.create_job(JobCreate(object_id=object_id, starts=8, verified=1))
-            stories.append([event.job for event in client.events(job.id)])
+            job = client.jobs.create(JobCreate(object_id=object_id, starts=8, verified=1))
+            stories.append([event.job for event in client.jobs.events(job.id)])
             assert stories[-1][-1].verified == 1
             pieces.add(entry(tmp_path, "pieces", object_id).stat().st_ino)
     assert "convex_pieces" in [job.stage for job in stories[0]]

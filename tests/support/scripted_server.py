@@ -1,4 +1,4 @@
-"""A server that does what a script says, one step for each request: answers, refuses, cuts the connection, says nothing."""
+"""A server that follows a script, one step for each request: it answers, refuses, cuts off, says nothing."""
 
 import json
 import threading

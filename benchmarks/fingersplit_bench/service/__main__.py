@@ -58,8 +58,8 @@ def main() -> None:
 def measure(section: str, server: Server, arguments: argparse.Namespace) -> dict[str, float]:
     """Figures of one section."""
     with Client(server.url) as client:
-        mesh = client.upload_object(arguments.mesh).id
-        can = client.upload_object(_can(), file_type="off", name="can").id
+        mesh = client.objects.upload(arguments.mesh).id
+        can = client.objects.upload(_can(), file_type="off", name="can").id
     if section == "latency":
         verified = measure_latency(server, mesh, arguments.repeats, verified=1)  # first: it has the pieces made
         return measure_latency(server, mesh, arguments.repeats) | {

@@ -34,8 +34,8 @@ def measure_delay(server: Server, object_id: str, calm_jobs: int, kills: int) ->
         for _, name in zip(range(kills), cycle(_WAYS), strict=False):
             _wait_for(server.complete)
             request = JobCreate(object_id=object_id, starts=_BUSY, deadline_s=_DEADLINE if name == "deadline" else None)
-            busy = client.create_job(request)
-            while client.get_job(busy.id).stage in (None, "starting", "preparing", "parallel_grasps"):
+            busy = client.jobs.create(request)
+            while client.jobs.get(busy.id).stage in (None, "starting", "preparing", "parallel_grasps"):
                 time.sleep(0.01)
             over = Event()
             meanwhile = pool.submit(_until, over, server.url, object_id)
@@ -44,7 +44,7 @@ def measure_delay(server: Server, object_id: str, calm_jobs: int, kills: int) ->
             _wait_for(server.complete)
             over.set()
             delays[name] += [latency - percentile(calm, 50) for latency in meanwhile.result()]
-            client.cancel_job(busy.id)
+            client.jobs.cancel(busy.id)
     everything = [delay for one in delays.values() for delay in one]
     figures = {f"{name}_p99_ms": percentile(found, 99) for name, found in delays.items() if found}
     return figures | {
@@ -60,10 +60,10 @@ def _short_jobs(client: Client, object_id: str) -> Iterator[float]:
     """Latencies of one short job after the other [ms]."""
     request = JobCreate(object_id=object_id, starts=1, seed=1, recording=False)
     for _ in range(3):
-        client.create_job(request, wait=60)
+        client.jobs.create(request, wait=60)
     while True:
         began = time.perf_counter()
-        client.create_job(request, wait=60)
+        client.jobs.create(request, wait=60)
         yield 1e3 * (time.perf_counter() - began)
 
 
@@ -78,11 +78,11 @@ def _until(over: Event, url: str, object_id: str) -> list[float]:
 
 
 def _cancel(_server: Server, client: Client, job: Job) -> None:
-    client.cancel_job(job.id)
+    client.jobs.cancel(job.id)
 
 
 def _let_overrun(_server: Server, client: Client, job: Job) -> None:
-    while client.get_job(job.id, wait=_DEADLINE).state == "running":
+    while client.jobs.get(job.id, wait=_DEADLINE).state == "running":
         pass
 
 

@@ -30,7 +30,7 @@ def survive_kills(server: Server, object_id: str, jobs: int, kills: int, seed: i
             request = JobCreate(object_id=object_id, starts=4, seed=number, top_k=1)
             while number not in accepted.values():
                 with suppress(ServiceUnreachable, ApiError):
-                    accepted[client.create_job(request, idempotency_key=f"kill-{number}").id] = number
+                    accepted[client.jobs.create(request, idempotency_key=f"kill-{number}").id] = number
             if number % max(1, jobs // kills) == 0:
                 time.sleep(chance.uniform(0, 0.3))
                 if number // max(1, jobs // kills) % 3 == 2:
@@ -42,9 +42,9 @@ def survive_kills(server: Server, object_id: str, jobs: int, kills: int, seed: i
                         os.kill(chance.choice(workers), signal.SIGKILL)
         wrong, guilty = 0, 0
         for job_id, number in accepted.items():
-            job = client.get_job(job_id, wait=25)
+            job = client.jobs.get(job_id, wait=25)
             while job.state in ("queued", "running"):
-                job = client.get_job(job_id, wait=25)
+                job = client.jobs.get(job_id, wait=25)
             given_up = job.error is not None and job.error.code == "worker_died" and job.attempts > 1
             right = job.state == "succeeded" and job.result is not None and job.result.seed == number
             guilty += given_up
@@ -62,13 +62,7 @@ def survive_kills(server: Server, object_id: str, jobs: int, kills: int, seed: i
 
 def _listed(client: Client, object_id: str) -> set[str]:
     """Ids of all jobs of an object."""
-    found, cursor = set[str](), None
-    while True:
-        page = client.list_jobs(limit=1000, cursor=cursor, object_id=object_id)
-        found |= {job.id for job in page.items}
-        cursor = page.next_cursor
-        if cursor is None:
-            return found
+    return {job.id for job in client.jobs.all(object_id=object_id)}
 
 
 def measure_cancel(server: Server, object_id: str, repeats: int) -> dict[str, float]:
@@ -76,13 +70,13 @@ def measure_cancel(server: Server, object_id: str, repeats: int) -> dict[str, fl
     times = []
     with Client(server.url) as client:
         for _ in range(repeats):
-            job = client.create_job(JobCreate(object_id=object_id, starts=_BUSY))
-            while client.get_job(job.id).stage not in ("mapping", "splitting"):
+            job = client.jobs.create(JobCreate(object_id=object_id, starts=_BUSY))
+            while client.jobs.get(job.id).stage not in ("mapping", "splitting"):
                 time.sleep(0.02)
             time.sleep(0.1)
             before = set(server.workers())
             began = time.monotonic()
-            client.cancel_job(job.id)
+            client.jobs.cancel(job.id)
             while before <= set(server.workers()):
                 time.sleep(0.001)
             times.append(1e3 * (time.monotonic() - began))

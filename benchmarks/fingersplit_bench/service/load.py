@@ -9,7 +9,7 @@ import numpy as np
 
 from fingersplit.objects.parametric import cylinder
 from fingersplit_bench.service.server import Server
-from fingersplit_client import AsyncClient, JobCreate
+from fingersplit_client import AsyncClient, JobCreate, Retries
 from fingersplit_service.jobs.engine import Engine, Priority
 from fingersplit_service.jobs.planning import JobOrder
 from fingersplit_service.jobs.tasks import Tasks
@@ -26,26 +26,19 @@ async def measure_load(server: Server, object_id: str, clients: int, jobs: int, 
     async def work(client: AsyncClient) -> None:
         for seed in seeds:
             request = JobCreate(object_id=object_id, starts=starts, seed=seed, top_k=1, recording=False)
-            job = await client.wait(await client.create_job(request, wait=60), timeout=600)
+            job = await client.jobs.wait(await client.jobs.create(request, wait=60), timeout=600)
             assert job.result is not None
             assert job.result.seed == seed
             ended.append((seed, job.id))
 
-    async with AsyncClient(server.url, timeout=120) as client:
+    async with AsyncClient(server.url, timeout=120, retries=Retries(attempts=1)) as client:
         began = time.monotonic()
         await asyncio.gather(*(work(client) for _ in range(clients)))
         seconds = time.monotonic() - began
-        listed, again, cursor = set[str](), set[str](), None
-        while True:
-            page = await client.list_jobs(limit=1000, cursor=cursor)
-            listed |= {job.id for job in page.items}
-            again |= {job.id for job in page.items if job.attempts > 1}
-            cursor = page.next_cursor
-            if cursor is None:
-                break
+        attempts = {job.id: job.attempts async for job in client.jobs.all()}
     ids = {job_id for _, job_id in ended}
-    twice = len(ids & again) + jobs - len(ids)
-    return {"jobs_per_second": jobs / seconds, "lost": jobs - len(ids & listed), "twice": twice}
+    twice = sum(attempts.get(job_id, 1) > 1 for job_id in ids) + jobs - len(ids)
+    return {"jobs_per_second": jobs / seconds, "lost": jobs - len(ids & attempts.keys()), "twice": twice}
 
 
 async def jobs_per_second_without_http(workers: int, jobs: int, starts: int) -> float:

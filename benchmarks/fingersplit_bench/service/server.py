@@ -13,7 +13,7 @@ from typing import Self
 
 import httpx2
 
-from fingersplit_client import Client, ServiceUnreachable
+from fingersplit_client import Client
 
 __all__ = ["Server"]
 
@@ -58,11 +58,8 @@ class Server:
             while True:
                 if self.process.poll() is not None:
                     raise RuntimeError("the service ended while it started")
-                try:
-                    if client.ready():
-                        break
-                except ServiceUnreachable:
-                    pass
+                if client.ready():
+                    break
                 time.sleep(0.02)
         self.seconds_to_ready = time.monotonic() - began
 
