@@ -1,16 +1,16 @@
 """The one-call plan: upload what is not known, queue, wait."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 from fingersplit_client import _waiting
 from fingersplit_client._exchange import Deadline
 from fingersplit_client._flow import Flow, Work
-from fingersplit_client.errors import FingersplitClientError, InvalidRequestError
+from fingersplit_client.errors import FingersplitClientError, InvalidRequestError, invalid
 from fingersplit_client.mesh_files import MeshFile, MeshSource, read_mesh
-from fingersplit_client.options import job_request
-from fingersplit_client.resources.objects import Objects, object_lookup, upload_file
+from fingersplit_client.options import job_request, object_lookup
+from fingersplit_client.resources.objects import Objects, upload_file
 from fingersplit_client.results import PlanResult
 from fingersplit_client.schemas import JobCreate, ObjectInfo, ObjectLookup
 
@@ -37,21 +37,14 @@ class PlanOrder:
     file_type: str | None = None
 
     @classmethod
-    def of(
-        cls,
-        unit: str,
-        viewpoint: Sequence[float] | None,
-        name: str | None,
-        file_type: str | None,
-        options: Mapping[str, Any],
-    ) -> "PlanOrder":
+    def of(cls, options: Mapping[str, Any]) -> "PlanOrder":
         """An order of what the one-call plan was given.
 
         Raises:
             InvalidRequestError: An option is not valid.
         """
         request = job_request("", options)  # first: it knows unknown options
-        return cls(object_lookup(unit, viewpoint, options), request, name, file_type)
+        return cls(object_lookup(options), request, options.get("name"), options.get("file_type"))
 
 
 @dataclass
@@ -91,6 +84,8 @@ def plan(
         return job.result
 
     if isinstance(mesh, ObjectInfo):
+        if order.lookup.model_fields_set != {"sha256"}:
+            raise invalid("What is said of an object is said when it is uploaded; give the file, or no such option.")
         return (yield from run(mesh.id))
     file: MeshFile = mesh if isinstance(mesh, MeshFile) else (yield Work(lambda: read_mesh(mesh, order.file_type)))
     name = f"{(yield Work(lambda: file.sha256))} {order.lookup.model_dump_json()}"

@@ -1,7 +1,7 @@
 """The clients: one set of operations, blocking in `Client` and awaited in `AsyncClient`."""
 
 import os
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from types import TracebackType
 from typing import Generic, Self, Unpack
 
@@ -58,10 +58,6 @@ class _Operations(Bound[Mode], Generic[Mode]):
         self,
         mesh: MeshSource | ObjectInfo,
         *,
-        unit: str = "m",
-        name: str | None = None,
-        file_type: str | None = None,
-        viewpoint: Sequence[float] | None = None,
         timeout: float = 300.0,
         cancel: bool = True,
         on_progress: Callable[[JobSummary], None] | None = None,
@@ -72,19 +68,17 @@ class _Operations(Bound[Mode], Generic[Mode]):
         Args:
             mesh: A path, an open binary file, the bytes of a file, vertices (n, 3) and triangles (m, 3), or an uploaded
                 object.
-            unit: Length unit of the file: ``"m"``, ``"mm"``, ``"cm"`` or ``"in"``.
-            name: Name for people; by default that of the file.
-            file_type: Format, such as ``"stl"``; by default the file's suffix. Needed with bytes.
-            viewpoint: Where the camera stood that saw a point cloud, in the file's frame and unit.
             timeout: How long the whole call may take [s].
             cancel: Whether the job is cancelled where the call ends before it: at the timeout, by Ctrl-C, or because
                 the task that waits is cancelled.
             on_progress: Called with the job whenever its state or progress changes.
-            **options: What is known of the object: ``density`` [kg/m^3] or ``mass`` [kg], ``friction``, ``fairing``
-                [m]; and what is asked for: ``hand``, ``starts``, ``seed``, ``top_k``, ``source``, ``parallel_grasps``,
-                ``parallel_grasp_set``, ``planner`` (settings by name), ``verified`` (how many grasps must hold in
-                simulation), ``protocol``, ``controller``, ``simulated_friction``, ``verify_initial``, ``recording``,
-                ``priority``, ``deadline_s``. `JobCreate` and `ObjectOptions` have their meanings and defaults.
+            **options: Of the file: ``unit`` (``"m"``, ``"mm"``, ``"cm"`` or ``"in"``), ``scale``, ``name`` for people,
+                ``file_type`` such as ``"stl"`` (needed with bytes), ``viewpoint`` of the camera that saw a point cloud.
+                Of the object: ``density`` [kg/m^3] or ``mass`` [kg], ``friction``, ``fairing`` [m]. Of the job: ``hand``,
+                ``starts``, ``seed``, ``top_k``, ``source``, ``parallel_grasps``, ``parallel_grasp_set``, ``planner``
+                (settings by name), ``verified`` (how many grasps must hold in simulation), ``protocol``,
+                ``controller``, ``simulated_friction``, ``verify_initial``, ``recording``, ``priority``, ``deadline_s``.
+                `ObjectSource`, `ObjectOptions` and `JobCreate` have their meanings and defaults.
 
         Raises:
             InvalidRequestError: An option or the file is not valid.
@@ -93,7 +87,7 @@ class _Operations(Bound[Mode], Generic[Mode]):
             OSError: The file cannot be read.
         """
         deadline = Deadline(timeout)
-        order = PlanOrder.of(unit, viewpoint, name, file_type, options)
+        order = PlanOrder.of(options)
         return (
             yield from plan(self.objects, self._known, mesh, order, deadline, cancel=cancel, on_progress=on_progress)
         )
@@ -106,9 +100,6 @@ class _Operations(Bound[Mode], Generic[Mode]):
         folder: "os.PathLike[str] | str | None" = None,
         at_once: int = 8,
         progress: bool | None = None,
-        unit: str = "m",
-        file_type: str | None = None,
-        viewpoint: Sequence[float] | None = None,
         timeout: float = 3600.0,
         cancel: bool = True,
         **options: Unpack[PlanKeywords],
@@ -124,14 +115,11 @@ class _Operations(Bound[Mode], Generic[Mode]):
                 options, are not planned again, also after the program was killed.
             at_once: How many are in work at a time.
             progress: Whether a progress bar is shown on standard error; by default if that is a terminal.
-            unit: See `plan`.
-            file_type: See `plan`.
-            viewpoint: See `plan`.
             timeout: How long each may take, its place in the service's queue included [s].
             cancel: Whether jobs that have not ended are cancelled when the iteration is left.
             **options: See `plan`.
         """
-        order = PlanOrder.of(unit, viewpoint, None, file_type, options)
+        order = PlanOrder.of(options)
         yield from plan_many(
             self.objects,
             self._known,

@@ -1,7 +1,7 @@
 """Everything that an object and a job can be told, by keyword; `schemas` has the defaults and meanings."""
 
 import difflib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any, TypedDict, TypeVar
 
 from pydantic import BaseModel, ValidationError
@@ -11,20 +11,26 @@ from fingersplit_client.schemas import (
     ControllerName,
     InvalidField,
     JobCreate,
-    ObjectOptions,
+    ObjectLookup,
     ParallelGrasp,
     ProtocolName,
     SourceName,
+    Unit,
 )
 
-__all__ = ["JobKeywords", "ObjectKeywords", "PlanKeywords", "job_request", "object_options", "validated"]
+__all__ = ["JobKeywords", "ObjectKeywords", "PlanKeywords", "job_request", "object_lookup", "validated"]
 
 Model = TypeVar("Model", bound=BaseModel)
 
 
 class ObjectKeywords(TypedDict, total=False):
-    """What can be said of an object beside its shape: the fields of `ObjectOptions`."""
+    """What can be said of an object beside its shape: `ObjectSource`, `ObjectOptions`, and how its file is called."""
 
+    name: str | None
+    file_type: str | None
+    unit: Unit
+    scale: float
+    viewpoint: tuple[float, float, float] | None
     density: float | None
     mass: float | None
     friction: float | None
@@ -56,13 +62,16 @@ class PlanKeywords(ObjectKeywords, JobKeywords, total=False):
     """What the one-call plan can ask for."""
 
 
-def object_options(options: Mapping[str, Any]) -> ObjectOptions:
-    """What these keywords say of an object; those for jobs are left out.
+def object_lookup(options: Mapping[str, Any]) -> ObjectLookup:
+    """What these keywords say of an object, still without the hash of its file; those for jobs are left out.
 
     Raises:
         InvalidRequestError: A value is out of its range.
     """
-    found = validated(ObjectOptions, {name: options[name] for name in ObjectOptions.model_fields if name in options})
+    mine = {name: value for name, value in options.items() if name in ObjectLookup.model_fields}
+    if isinstance(mine.get("viewpoint"), Iterable):
+        mine["viewpoint"] = tuple(map(float, mine["viewpoint"]))
+    found = validated(ObjectLookup, {"sha256": "0" * 64} | mine)
     if found.mass is not None and found.density is not None:
         raise invalid("Give mass or density, not both.", InvalidField(field="mass", detail="Density is given, too."))
     return found
@@ -74,9 +83,9 @@ def job_request(object_id: str, options: Mapping[str, Any]) -> JobCreate:
     Raises:
         InvalidRequestError: A keyword is not known, or a value out of its range.
     """
-    mine = {name: value for name, value in options.items() if name not in ObjectOptions.model_fields}
-    for name in mine.keys() - JobCreate.model_fields.keys():
-        known = sorted((JobCreate.model_fields.keys() | ObjectOptions.model_fields.keys()) - {"object_id"})
+    mine = {name: value for name, value in options.items() if name not in ObjectKeywords.__annotations__}
+    for name in mine.keys() - JobKeywords.__annotations__.keys():
+        known = sorted(PlanKeywords.__annotations__)
         close = difflib.get_close_matches(name, known, 1)
         hint = f"did you mean {close[0]!r}?" if close else f"known are {', '.join(known)}."
         raise invalid(f"There is no option {name!r}; {hint}")

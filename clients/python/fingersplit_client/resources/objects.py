@@ -1,6 +1,5 @@
 """Objects: meshes and point clouds, uploaded once."""
 
-from collections.abc import Sequence
 from typing import Any, Generic, Unpack
 
 from fingersplit_client._exchange import Deadline, dump, given, parse, quoted
@@ -8,9 +7,9 @@ from fingersplit_client._flow import Emit, Flow, Stream, Work
 from fingersplit_client.errors import InvalidRequestError, NotFoundError
 from fingersplit_client.mesh_files import MeshFile, MeshSource, read_mesh
 from fingersplit_client.modes import Mode, operation, stream
-from fingersplit_client.options import ObjectKeywords, object_options, validated
+from fingersplit_client.options import ObjectKeywords, object_lookup
 from fingersplit_client.resources.resource import Resource
-from fingersplit_client.schemas import ObjectInfo, ObjectLookup, ObjectOptions, ObjectPage
+from fingersplit_client.schemas import ObjectInfo, ObjectLookup, ObjectPage
 
 __all__ = ["Objects", "object_path"]
 
@@ -22,11 +21,6 @@ class Objects(Resource[Mode], Generic[Mode]):
     def upload(
         self,
         mesh: MeshSource,
-        *,
-        unit: str = "m",
-        name: str | None = None,
-        file_type: str | None = None,
-        viewpoint: Sequence[float] | None = None,
         **options: Unpack[ObjectKeywords],
     ) -> Flow[ObjectInfo]:
         """Upload a mesh or a point cloud; the same one with the same options is always the same object.
@@ -35,20 +29,19 @@ class Objects(Resource[Mode], Generic[Mode]):
 
         Args:
             mesh: A path, an open binary file, the bytes of a file, or vertices (n, 3) and triangles (m, 3).
-            unit: Length unit of the file: ``"m"``, ``"mm"``, ``"cm"`` or ``"in"``.
-            name: Name for people; by default that of the file.
-            file_type: Format, such as ``"stl"``; by default the file's suffix. Needed with bytes.
-            viewpoint: Where the camera stood that saw a point cloud, in the file's frame and unit.
-            **options: What is known of the object: ``density`` [kg/m^3] or ``mass`` [kg], ``friction``, ``fairing``
+            **options: ``unit`` of the file (``"m"``, ``"mm"``, ``"cm"`` or ``"in"``) and ``scale`` of its numbers;
+                ``name`` for people, by default that of the file; ``file_type`` such as ``"stl"``, by default the file's
+                suffix and needed with bytes; ``viewpoint`` of the camera that saw a point cloud, in the file's frame
+                and unit; what is known of the object: ``density`` [kg/m^3] or ``mass`` [kg], ``friction``, ``fairing``
                 [m].
 
         Raises:
             InvalidRequestError: An option or the file is not valid.
             OSError: The file cannot be read.
         """
-        lookup = object_lookup(unit, viewpoint, options)
-        file: MeshFile = yield Work(lambda: read_mesh(mesh, file_type))
-        return (yield from upload_file(self, file, lookup, name))
+        lookup = object_lookup(options)
+        file: MeshFile = yield Work(lambda: read_mesh(mesh, options.get("file_type")))
+        return (yield from upload_file(self, file, lookup, options.get("name")))
 
     @operation
     def get(self, object_id: str) -> Flow[ObjectInfo]:
@@ -86,17 +79,6 @@ class Objects(Resource[Mode], Generic[Mode]):
         return bytes(response.content)
 
 
-def object_lookup(unit: str, viewpoint: Sequence[float] | None, options: Any) -> ObjectLookup:
-    """What says which object a file will be, still without the file's hash.
-
-    Raises:
-        InvalidRequestError: A value is out of its range.
-    """
-    known = object_options(options).model_dump()
-    place = None if viewpoint is None else tuple(map(float, viewpoint))
-    return validated(ObjectLookup, {"sha256": "0" * 64, "unit": unit, "viewpoint": place} | known)
-
-
 def upload_file(
     objects: Resource[Any], file: MeshFile, lookup: ObjectLookup, name: str | None, deadline: Deadline | None = None
 ) -> Flow[ObjectInfo]:
@@ -113,15 +95,17 @@ def upload_file(
     except InvalidRequestError as error:
         if error.problem.status != 405:  # which is what a service without this address says
             raise
-    described = given(**{field: getattr(lookup, field) for field in ObjectOptions.model_fields})
-    fields = {"unit": lookup.unit, "name": name or file.stem} | {key: str(value) for key, value in described.items()}
-    if lookup.viewpoint is not None:
-        fields["viewpoint"] = ",".join(f"{number!r}" for number in lookup.viewpoint)
+    fields = {"name": name or file.stem} | {key: _text(value) for key, value in dump(lookup).items() if key != "sha256"}
     files = {"file": (file.filename, file.content, "application/octet-stream")}
     response = yield from objects._exchange(
         "POST", "/v1/objects", data=fields, files=files, repeatable=True, deadline=deadline
     )
     return parse(ObjectInfo, response)
+
+
+def _text(value: Any) -> str:
+    """A value of a form."""
+    return ",".join(map(repr, value)) if isinstance(value, list) else str(value)
 
 
 def object_path(object_id: str) -> str:
