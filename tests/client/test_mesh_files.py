@@ -5,7 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from fingersplit.objects.intake import load_mesh
+from fingersplit.objects.intake import read_file
+from fingersplit.objects.mesh import Mesh
 from fingersplit_client import InvalidRequestError
 from fingersplit_client.mesh_files import read_mesh
 
@@ -25,7 +26,8 @@ def test_arrays_are_a_file_that_the_service_reads(source: object, tmp_path: Path
     file = read_mesh(source, None)  # type: ignore[arg-type]
     path = tmp_path / file.filename
     path.write_bytes(file.content)
-    mesh, report = load_mesh(path)
+    mesh, report = read_file(path)
+    assert isinstance(mesh, Mesh)
     assert (report.vertices, report.faces, report.watertight) == (4, 4, True)
     np.testing.assert_allclose(sorted(mesh.vertices.tolist()), sorted(VERTICES), atol=1e-7)
     assert report.volume == pytest.approx(0.1**3 / 6, rel=1e-6)

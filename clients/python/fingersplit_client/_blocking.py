@@ -33,7 +33,7 @@ _CLEANUP = 10.0
 """Most that threads may still take to clean up [s]; then they are left to themselves."""
 
 
-class Abandoned(BaseException):
+class _Abandoned(BaseException):
     """Thrown into a flow of a thread whose results nobody waits for any more."""
 
 
@@ -148,7 +148,7 @@ class _Drive:
     def _check_abandoned(self) -> None:
         if self._abandoned is not None and self._abandoned.is_set():
             self._abandoned = None  # what is cleaned up is no longer interrupted
-            raise Abandoned
+            raise _Abandoned
 
     def _pause(self, seconds: float) -> None:
         if self._abandoned is None:

@@ -74,9 +74,9 @@ class _Operations(Bound[Mode], Generic[Mode]):
             on_progress: Called with the job whenever its state or progress changes.
             **options: Of the file: ``unit`` (``"m"``, ``"mm"``, ``"cm"`` or ``"in"``), ``scale``, ``name`` for people,
                 ``file_type`` such as ``"stl"`` (needed with bytes), ``viewpoint`` of the camera that saw a point cloud.
-                Of the object: ``density`` [kg/m^3] or ``mass`` [kg], ``friction``, ``fairing`` [m]. Of the job: ``hand``,
-                ``starts``, ``seed``, ``top_k``, ``source``, ``parallel_grasps``, ``parallel_grasp_set``, ``planner``
-                (settings by name), ``verified`` (how many grasps must hold in simulation), ``protocol``,
+                Of the object: ``density`` [kg/m^3] or ``mass`` [kg], ``friction``, ``fairing`` [m]. Of the job:
+                ``hand``, ``starts``, ``seed``, ``top_k``, ``source``, ``parallel_grasps``, ``parallel_grasp_set``,
+                ``planner`` (settings by name), ``verified`` (how many grasps must hold in simulation), ``protocol``,
                 ``controller``, ``simulated_friction``, ``verify_initial``, ``recording``, ``priority``, ``deadline_s``.
                 `ObjectSource`, `ObjectOptions` and `JobCreate` have their meanings and defaults.
 

@@ -106,13 +106,13 @@ class Jobs(Resource[Mode], Generic[Mode]):
     @operation
     def cancel(self, job_id: str) -> Flow[Job[Mode]]:
         """End a job that has not ended; one that has stays as it is."""
-        response = yield from self._exchange("POST", f"{job_path(job_id)}/cancel", repeatable=True)
+        response = yield from self._exchange("POST", f"{_path(job_id)}/cancel", repeatable=True)
         return _waiting.linked(self, response)
 
     @operation
     def delete(self, job_id: str) -> Flow[None]:
         """Delete a job with its result, pictures and recordings; one that has not ended is cancelled first."""
-        yield from self._exchange("DELETE", job_path(job_id))
+        yield from self._exchange("DELETE", _path(job_id))
 
     @operation
     def wait(
@@ -154,7 +154,7 @@ class Jobs(Resource[Mode], Generic[Mode]):
     @operation
     def grasps(self, job_id: str) -> "Flow[builtins.list[Grasp[Mode]]]":
         """The ranked grasps of a job that has ended."""
-        response = yield from self._exchange("GET", f"{job_path(job_id)}/grasps")
+        response = yield from self._exchange("GET", f"{_path(job_id)}/grasps")
         found: builtins.list[Grasp[Mode]] = _GRASPS.validate_json(response.content)
         for grasp in found:
             grasp._link = Link(self._mode(), job_id)
@@ -163,29 +163,29 @@ class Jobs(Resource[Mode], Generic[Mode]):
     @operation
     def verification(self, job_id: str) -> Flow[JobVerification]:
         """What simulation showed of a job's grasps."""
-        response = yield from self._exchange("GET", f"{job_path(job_id)}/verification")
+        response = yield from self._exchange("GET", f"{_path(job_id)}/verification")
         return parse(JobVerification, response)
 
     @operation
     def picture(self, job_id: str, rank: int = 1) -> Flow[bytes]:
         """PNG of one grasp of a job: hand and object at the start and at the end, and the quality curve."""
-        response = yield from self._exchange("GET", f"{job_path(job_id)}/grasps/{rank}/picture.png")
+        response = yield from self._exchange("GET", f"{_path(job_id)}/grasps/{rank}/picture.png")
         return bytes(response.content)
 
     @operation
     def recording(self, job_id: str, rank: int = 1) -> Flow[bytes]:
         """Recording of one grasp of a job, for the Rerun viewer."""
-        response = yield from self._exchange("GET", f"{job_path(job_id)}/grasps/{rank}/recording.rrd")
+        response = yield from self._exchange("GET", f"{_path(job_id)}/grasps/{rank}/recording.rrd")
         return bytes(response.content)
 
     @operation
     def export(self, job_id: str, format_name: str, *, rank: int | None = None) -> Flow[bytes]:
         """The feasible grasps of a job as a file of another tool, or one grasp, feasible or not."""
-        path = f"{job_path(job_id)}/export/{quoted(format_name)}"
+        path = f"{_path(job_id)}/export/{quoted(format_name)}"
         response = yield from self._exchange("GET", path, params=given(rank=rank))
         return bytes(response.content)
 
 
-def job_path(job_id: str) -> str:
+def _path(job_id: str) -> str:
     """Address of a job."""
     return f"/v1/jobs/{quoted(job_id)}"

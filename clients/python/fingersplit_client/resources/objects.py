@@ -11,7 +11,7 @@ from fingersplit_client.options import ObjectKeywords, object_lookup
 from fingersplit_client.resources.resource import Resource
 from fingersplit_client.schemas import ObjectInfo, ObjectLookup, ObjectPage
 
-__all__ = ["Objects", "object_path"]
+__all__ = ["Objects", "object_path", "upload_file"]
 
 
 class Objects(Resource[Mode], Generic[Mode]):
