@@ -12,7 +12,7 @@ from fake_tasks import TASKS
 from pydantic import ValidationError
 
 from fingersplit.objects.options import ObjectOptions as CoreOptions
-from fingersplit.parallel_grasps.sources import SOURCES
+from fingersplit.parallel_grasps.sources import available_sources
 from fingersplit.splitting.settings import PlannerSettings
 from fingersplit.verification.controllers import CONTROLLERS
 from fingersplit.verification.protocols import available_protocols
@@ -77,7 +77,7 @@ async def test_planner_settings_are_listed(schema):
 async def test_names_on_the_wire_are_those_of_the_planner():
     assert get_args(ProtocolName) == tuple(sorted(available_protocols()))
     assert get_args(ControllerName) == tuple(sorted(CONTROLLERS))
-    assert get_args(SourceName) == tuple(sorted(SOURCES))
+    assert get_args(SourceName) == tuple(available_sources())
 
 
 async def test_options_have_the_planners_ranges():

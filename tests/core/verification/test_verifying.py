@@ -199,7 +199,10 @@ def test_palm_is_at_rest_before_and_after_every_motion():
 @pytest.mark.parametrize(
     ("call", "sentence"),
     [
-        (lambda: load_protocol("drop"), "Unknown verification protocol 'drop'; known: gravity_six, lift, lift_full, shake"),
+        (
+            lambda: load_protocol("drop"),
+            "Unknown verification protocol 'drop'; known: gravity_six, lift, lift_full,",
+        ),
         (lambda: load_protocol("lift", {"hight": 0.1}), "Protocol 'lift' has no number 'hight'"),
         (lambda: load_protocol("lift", {"height": 5.0}), "'height' of protocol 'lift' is 5.0; allowed: 0 to 1."),
         (lambda: load_protocol("lift", {"height": "high"}), "'height' of protocol 'lift' is 'high'"),
