@@ -9,7 +9,7 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from fingersplit.objects.moments_kernel import surface_moments
+from fingersplit.objects.solid import Solid, solid_of
 
 __all__ = ["Mesh"]
 
@@ -48,47 +48,47 @@ class Mesh:
     @property
     def area(self) -> float:
         """Surface area [m^2]."""
-        return self._moments.area
+        return self.solid.moments.area
 
-    @cached_property
+    @property
     def watertight(self) -> bool:
         """Whether each side of a face is met by exactly one other, which runs the other way."""
+        return self._edges.watertight
+
+    @property
+    def balanced(self) -> bool:
+        """Whether faces run along each edge as often one way as the other: the surface is closed, maybe pinched."""
+        return self._edges.balanced
+
+    @cached_property
+    def _edges(self) -> "_Edges":
         # By two plain sorts, since trimesh's search for edges takes five times as long.
         start = self.faces.astype(np.int64)
         end = np.roll(start, -1, axis=1)
         there = np.sort(start * len(self.vertices) + end, axis=None)
         back = np.sort(end * len(self.vertices) + start, axis=None)
-        return bool((there == back).all() and (np.diff(there) > 0).all())
+        balanced = bool((there == back).all())
+        return _Edges(balanced, balanced and bool((np.diff(there) > 0).all()))
 
     @property
     def volume(self) -> float:
-        """Enclosed volume [m^3]; of the convex hull where holes leave the surface open."""
-        return self._solid.volume
+        """Enclosed volume [m^3]; see `Solid` for surfaces that are open or overlap."""
+        return self.solid.moments.volume
 
     @property
     def center_of_mass(self) -> NDArray[np.float64]:
-        """Centre of the enclosed volume at even density, (3,) [m]; of the hull where the surface is open."""
-        return self._solid.center
+        """Centre of the enclosed volume at even density, (3,) [m]."""
+        return self.solid.moments.center
 
     @property
     def second_moment(self) -> NDArray[np.float64]:
         """Mean of x x^T over that volume, x measured from its centre, (3, 3) [m^2]."""
-        return self._solid.second_moment
+        return self.solid.moments.second_moment
 
     @cached_property
-    def _moments(self) -> "_Moments":
-        origin = self.bounds.mean(axis=0)  # in the middle, for the sake of rounding
-        area, volume, first, second = surface_moments(self.vertices, self.faces, tuple(origin.tolist()))
-        with np.errstate(divide="ignore", invalid="ignore"):  # a flat surface has no centre
-            offset = first / volume
-            return _Moments(area, volume, origin + offset, second / volume - np.outer(offset, offset))
-
-    @cached_property
-    def _solid(self) -> "_Moments":
-        if self.watertight:
-            return self._moments
-        hull = self.trimesh.convex_hull
-        return Mesh(hull.vertices, hull.faces)._moments
+    def solid(self) -> Solid:
+        """What the triangles enclose."""
+        return solid_of(self.vertices, self.faces, self.balanced)
 
     @cached_property
     def content_hash(self) -> str:
@@ -100,11 +100,9 @@ class Mesh:
         return digest.hexdigest()[:32]
 
 
-class _Moments(NamedTuple):
-    area: float
-    volume: float
-    center: NDArray[np.float64]
-    second_moment: NDArray[np.float64]
+class _Edges(NamedTuple):
+    balanced: bool
+    watertight: bool
 
 
 def _read_only(array: NDArray[Any], dtype: type[np.generic]) -> NDArray[Any]:

@@ -1,8 +1,8 @@
 """Signed distance to the object on a regular grid: culls collision tests and pushes links away.
 
 Distances are those to the nearest surface samples and, near the surface, to their triangles. The sign is a vote of the
-rays that run from a grid point along the axes: each tells how often the surface encloses the point [Nooruddin2003].
-In a closed mesh they agree; across a hole most of them still meet the surface.
+rays that run from a grid point along the axes: each tells how often the surface, with its holes closed as in `Solid`,
+encloses the point [Nooruddin2003]. They agree but for rays through an edge.
 """
 
 from typing import NamedTuple
@@ -51,7 +51,7 @@ def build_distance_grid(mesh: Mesh, surface: Surface, touchable: Surface | None 
     nearest, values = np.full(shape, -1, np.int32), np.full(shape, np.inf, np.float32)
     spread_samples(surface.grid.points, (x, y, z), cell, nearest, values)
     votes = np.zeros(shape, np.int8)
-    triangles = mesh.vertices[mesh.faces]
+    triangles = mesh.solid.vertices[mesh.solid.faces]
     for axis in range(3):
         count_enclosures(triangles, axis, low, cell, votes)
     samples = surface.grid.points, surface.normals, surface.triangles

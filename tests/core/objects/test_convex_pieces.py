@@ -9,7 +9,6 @@ from fingersplit.objects.convex_pieces import (
     HULL_VERTICES,
     PIECE_VERTICES,
     ConvexPieces,
-    close_holes,
     decompose,
 )
 from fingersplit.objects.mesh import Mesh
@@ -73,14 +72,3 @@ def test_same_mesh_same_pieces_and_arrays_bring_them_back():
         for one, other in zip(first.pieces, pieces.pieces, strict=True):
             np.testing.assert_array_equal(one[0], other[0])
             np.testing.assert_array_equal(one[1], other[1])
-
-
-def test_holes_are_closed():
-    whole = PARAMETRIC_OBJECTS["mug"]()
-    normals = whole.trimesh.face_normals
-    open_mesh = Mesh(whole.vertices, whole.faces[normals[:, 2] > -0.99])  # without its flat undersides
-    assert not open_mesh.watertight
-    vertices, faces = close_holes(open_mesh)
-    assert Mesh(vertices, faces).watertight
-    assert Mesh(vertices, faces).volume == pytest.approx(whole.volume, rel=0.02)
-    assert close_holes(whole)[1].shape == whole.faces.shape

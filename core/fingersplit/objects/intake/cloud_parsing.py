@@ -1,7 +1,6 @@
 """Points out of a file: pypcd4 and numpy parse what the header checks let through."""
 
 import io
-import re
 import zipfile
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -11,14 +10,15 @@ from numpy.typing import NDArray
 from pypcd4.pypcd4 import PointCloud as PcdFile
 
 from fingersplit.errors import ObjectFileError
-from fingersplit.objects.intake.header_checks import MAX_FACES, check_count, malformed, truncated
-from fingersplit.objects.intake.header_checks_pcd import check_pcd
-from fingersplit.objects.intake.header_checks_ply import check_ply, vertex_table
+from fingersplit.objects.intake.content import checked_content
+from fingersplit.objects.intake.pcd import check_pcd
+from fingersplit.objects.intake.ply import has_faces, ply_vertices
+from fingersplit.objects.intake.refusals import MAX_FACES, check_count, malformed, truncated
 
 __all__ = ["CLOUD_FORMATS", "RawCloud", "holds_cloud", "parse_cloud"]
 
+_NORMALS = ("nx", "ny", "nz")
 _MAX_BYTES = 64 * MAX_FACES  # of one array in an .npz file: points as double precision, and some room
-_FACE_COUNT = re.compile(rb"^element[ \t]+face[ \t]+0*([0-9]+)", re.MULTILINE)
 
 
 class RawCloud(NamedTuple):
@@ -37,11 +37,7 @@ class RawCloud(NamedTuple):
 
 def holds_cloud(data: bytes, file_type: str) -> bool:
     """Whether a file is to be read as a point cloud: by its format, and for PLY by whether it has faces."""
-    if file_type != "ply":
-        return file_type in CLOUD_FORMATS
-    header = data[: data.find(b"end_header") + 1]
-    faces = _FACE_COUNT.search(header)
-    return bool(header) and (faces is None or int(faces[1]) == 0)
+    return file_type in CLOUD_FORMATS and not (file_type == "ply" and has_faces(data))
 
 
 def parse_cloud(data: bytes, file_type: str) -> RawCloud:
@@ -54,23 +50,18 @@ def parse_cloud(data: bytes, file_type: str) -> RawCloud:
     Raises:
         ObjectFileError: The file is empty, broken or cut off, or holds no or too many points.
     """
-    if not data:
-        raise ObjectFileError(
-            "empty", f"The file is empty (0 bytes); it should hold a point cloud as {file_type.upper()}."
-        )
     try:
         with np.errstate(all="ignore"):  # numbers that are not finite are counted later
-            cloud = CLOUD_FORMATS[file_type](data)
+            cloud = CLOUD_FORMATS[file_type](checked_content(data, file_type))
     except ObjectFileError:
         raise
     except MemoryError as error:
-        raise ObjectFileError(
-            "too_many_points", "The cloud takes more memory than there is; thin it out first."
-        ) from error
+        raise ObjectFileError("too_many_points", "The cloud does not fit in memory; thin it out first.") from error
+    except zipfile.BadZipFile:
+        raise malformed("The NPZ file is no whole zip archive.") from None
     except Exception as error:
         # As with meshes: the parsers raise anything on broken files, and the file is at fault.
-        what = f"The {file_type.upper()} file cannot be read ({type(error).__name__}: {error!s:.200})."
-        raise malformed(what) from error
+        raise malformed(f"The file does not follow the {file_type.upper()} format.") from error
     if not len(cloud.points):
         raise ObjectFileError("no_points", "The file has no point; a cloud is needed.")
     return cloud
@@ -89,10 +80,9 @@ def _parse_pcd(data: bytes) -> RawCloud:
 
 
 def _parse_ply(data: bytes) -> RawCloud:
-    check_ply(data)
-    rows = vertex_table(data)
-    normals = _columns(rows, "nx", "ny", "nz") if {"nx", "ny", "nz"} <= set(rows.dtype.names or ()) else None
-    return RawCloud(_columns(rows, "x", "y", "z"), normals, None)
+    columns = ply_vertices(data)
+    normals = np.column_stack([columns[name] for name in _NORMALS]) if set(_NORMALS) <= set(columns) else None
+    return RawCloud(np.column_stack([columns[name] for name in "xyz"]), normals, None)
 
 
 def _parse_npz(data: bytes) -> RawCloud:

@@ -5,7 +5,8 @@ from pathlib import Path
 from fingersplit.errors import ObjectFileError
 from fingersplit.objects.cloud import PointCloud
 from fingersplit.objects.intake.cloud_parsing import CLOUD_FORMATS, holds_cloud
-from fingersplit.objects.intake.parsing import CHECKS
+from fingersplit.objects.intake.content import checked_content
+from fingersplit.objects.intake.parsing import MESH_FORMATS
 from fingersplit.objects.intake.reading import read_mesh
 from fingersplit.objects.intake.reading_clouds import read_cloud
 from fingersplit.objects.intake.report import CloudReport, IntakeReport
@@ -14,7 +15,7 @@ from fingersplit.objects.source import ObjectSource
 
 __all__ = ["FORMATS", "read_bytes", "read_file"]
 
-FORMATS = tuple(dict.fromkeys([*CHECKS, *CLOUD_FORMATS]))
+FORMATS = tuple(dict.fromkeys([*MESH_FORMATS, *CLOUD_FORMATS]))
 """Suffixes of all files that can be read."""
 
 
@@ -53,6 +54,7 @@ def read_bytes(
     name = file_type.lower().removeprefix(".")
     if name not in FORMATS:
         raise ObjectFileError("unknown_format", f"Unknown format {file_type!r}; known formats: {', '.join(FORMATS)}.")
+    data = checked_content(data, name)
     if holds_cloud(data, name):
         return read_cloud(data, name, source)
     if source.viewpoint is not None:

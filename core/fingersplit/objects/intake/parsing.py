@@ -1,28 +1,30 @@
-"""Triangles out of a mesh file: trimesh parses what the header checks let through."""
+"""Triangles out of a mesh file of any format."""
 
-import io
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
-import trimesh
 from numpy.typing import NDArray
 
 from fingersplit.errors import ObjectFileError
-from fingersplit.objects.intake.header_checks import check_obj, check_off, check_stl, malformed
-from fingersplit.objects.intake.header_checks_glb import check_glb
-from fingersplit.objects.intake.header_checks_ply import check_ply
+from fingersplit.objects.intake.content import checked_content
+from fingersplit.objects.intake.glb import parse_glb
+from fingersplit.objects.intake.obj import parse_obj
+from fingersplit.objects.intake.off import parse_off
+from fingersplit.objects.intake.ply import parse_ply
+from fingersplit.objects.intake.polygons import Polygons, triangulated
+from fingersplit.objects.intake.refusals import malformed
+from fingersplit.objects.intake.stl import parse_stl
 
-__all__ = ["CHECKS", "parse"]
+__all__ = ["MESH_FORMATS", "check_finite", "parse"]
 
-CHECKS: dict[str, Callable[[bytes], bytes]] = {
-    "stl": check_stl,
-    "obj": check_obj,
-    "ply": check_ply,
-    "off": check_off,
-    "glb": check_glb,
+MESH_FORMATS: dict[str, Callable[[bytes], tuple[NDArray[np.float64], Polygons]]] = {
+    "stl": parse_stl,
+    "obj": parse_obj,
+    "ply": parse_ply,
+    "off": parse_off,
+    "glb": parse_glb,
 }
-"""Check of each file type, by its suffix; it returns the bytes that trimesh may see."""
+"""Parser of each format of meshes, by its suffix."""
 
 
 def parse(data: bytes, file_type: str) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
@@ -30,49 +32,54 @@ def parse(data: bytes, file_type: str) -> tuple[NDArray[np.float64], NDArray[np.
 
     Args:
         data: The file's bytes.
-        file_type: Key of `CHECKS`.
+        file_type: Key of `MESH_FORMATS`.
 
     Returns:
-        Vertices in the file's unit (n_vertices, 3) and faces (n_faces, 3), polygons split into triangles; nothing
-        is merged, turned or dropped.
+        Vertices in the file's unit (n_vertices, 3) and faces (n_faces, 3), polygons cut into triangles; nothing is
+        merged, turned or dropped.
 
     Raises:
         ObjectFileError: The file is empty, broken or cut off, or holds no or too many faces.
     """
-    if not data or data.isspace():
-        raise ObjectFileError(
-            "empty", f"The file is empty ({len(data)} bytes); it should hold a mesh as {file_type.upper()}."
-        )
     try:
-        vertices, faces = _load(CHECKS[file_type](data), file_type)
+        with np.errstate(all="ignore"):  # numbers that are not finite are named later
+            vertices, polygons = MESH_FORMATS[file_type](checked_content(data, file_type))
     except ObjectFileError:
         raise
     except MemoryError as error:
-        raise ObjectFileError(
-            "too_many_faces", "The mesh takes more memory than there is; simplify it first."
-        ) from error
+        raise ObjectFileError("too_many_faces", "The mesh does not fit in memory; simplify it first.") from error
     except Exception as error:
-        # On broken files json, numpy and trimesh's loaders raise anything from KeyError and AssertionError to
-        # RecursionError; whichever it is, the file is at fault.
-        what = f"The {file_type.upper()} file cannot be read ({type(error).__name__}: {error!s:.200})."
-        raise malformed(what) from error
-    if not len(faces):
+        # On broken files numpy and trimesh's loader raise anything; whichever it is, the file is at fault.
+        raise malformed(f"The file does not follow the {file_type.upper()} format.") from error
+    if not (polygons.sizes > 2).any():
         raise ObjectFileError("no_faces", "The file has no face; a surface is needed.")
-    wrong = (faces < 0) | (faces >= len(vertices))
-    if wrong.any():
+    _check_indices(polygons, len(vertices))
+    check_finite(vertices)
+    return vertices, triangulated(vertices, polygons)
+
+
+def _check_indices(polygons: Polygons, n_vertices: int) -> None:
+    wrong = np.flatnonzero((polygons.corners < 0) | (polygons.corners >= n_vertices))
+    if len(wrong):
+        number = int(np.searchsorted(np.cumsum(polygons.sizes), wrong[0], side="right"))
         raise ObjectFileError(
             "index_out_of_range",
-            f"A face names vertex {faces[wrong][0]}, but the file has {len(vertices):,} vertices; "
-            f"indices go from 0 to {len(vertices) - 1}.",
+            f"{polygons.name(number)} names vertex {polygons.corners[wrong[0]]}, but the file has {n_vertices:,} "
+            f"vertices; indices go from 0 to {n_vertices - 1}.",
         )
-    return vertices, faces
 
 
-def _load(data: bytes, file_type: str) -> tuple[NDArray[Any], NDArray[Any]]:
-    """All meshes of the scene in the file, placed by their nodes; there is no resolver, so no other file is read."""
-    options = {"process": False, "skip_materials": True, "maintain_order": True}
-    with np.errstate(all="ignore"):  # numbers that are not finite are named later
-        scene = trimesh.load_scene(io.BytesIO(data), file_type=file_type, **options)
-        meshes = [each for each in scene.dump() if isinstance(each, trimesh.Trimesh)]
-    vertices, faces = trimesh.util.append_faces([each.vertices for each in meshes], [each.faces for each in meshes])
-    return np.asarray(vertices, dtype=np.float64).reshape(-1, 3), np.asarray(faces, dtype=np.int64).reshape(-1, 3)
+def check_finite(vertices: NDArray[np.float64]) -> None:
+    """Refuse coordinates that are no numbers.
+
+    Raises:
+        ObjectFileError: With the first such vertex.
+    """
+    broken = ~np.isfinite(vertices).all(axis=1)
+    if broken.any():
+        first = int(np.argmax(broken))
+        raise ObjectFileError(
+            "non_finite",
+            f"{np.count_nonzero(broken):,} of {len(vertices):,} vertices are not finite; the first is number "
+            f"{first + 1} with {tuple(vertices[first].tolist())}. Every coordinate must be a number.",
+        )

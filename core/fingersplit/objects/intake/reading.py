@@ -6,13 +6,13 @@ from numpy.typing import NDArray
 
 from fingersplit.errors import ObjectFileError
 from fingersplit.objects.intake.cleaning import drop_needless_faces, faces_at_edges, merge_vertices, turn_outwards
-from fingersplit.objects.intake.parsing import CHECKS, parse
+from fingersplit.objects.intake.parsing import MESH_FORMATS, parse
 from fingersplit.objects.intake.report import LISTED_HOLES, IntakeReport
 from fingersplit.objects.intake.shells import drop_inner_parts, find_holes
 from fingersplit.objects.mesh import Mesh
 from fingersplit.objects.source import ObjectSource
 
-__all__ = ["check_finite", "read_mesh"]
+__all__ = ["read_mesh"]
 
 MIN_PAIRED_SIDES = 0.5
 """Least share of triangle sides that meet exactly one other triangle.
@@ -47,7 +47,6 @@ def read_mesh(data: bytes, file_type: str, source: ObjectSource | None = None) -
     source = source or ObjectSource()
     file_type = _known_format(file_type)
     vertices, faces = parse(data, file_type)
-    check_finite(vertices)
     with np.errstate(over="ignore"):  # too large is refused next
         surface = trimesh.Trimesh(vertices * source.meters, faces, process=False)
         surface.remove_unreferenced_vertices()
@@ -90,25 +89,11 @@ def read_mesh(data: bytes, file_type: str, source: ObjectSource | None = None) -
 
 def _known_format(name: str) -> str:
     file_type = name.lower().removeprefix(".")
-    if file_type not in CHECKS:
-        raise ObjectFileError("unknown_format", f"Unknown mesh format {name!r}; known formats: {', '.join(CHECKS)}.")
-    return file_type
-
-
-def check_finite(vertices: NDArray[np.float64]) -> None:
-    """Refuse coordinates that are no numbers.
-
-    Raises:
-        ObjectFileError: With the first such vertex.
-    """
-    broken = ~np.isfinite(vertices).all(axis=1)
-    if broken.any():
-        first = int(np.argmax(broken))
+    if file_type not in MESH_FORMATS:
         raise ObjectFileError(
-            "non_finite",
-            f"{np.count_nonzero(broken):,} of {len(vertices):,} vertices are not finite; the first is number "
-            f"{first + 1} with {tuple(vertices[first].tolist())}. Every coordinate must be a number.",
+            "unknown_format", f"Unknown mesh format {name!r}; known formats: {', '.join(MESH_FORMATS)}."
         )
+    return file_type
 
 
 def _check_area(area: float, extent: float) -> None:

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from fingersplit.errors import ObjectFileError
-from fingersplit.objects.intake.header_checks import MAX_FACES, check_count, malformed, mismatch, truncated
+from fingersplit.objects.intake.refusals import MAX_FACES, check_count, malformed, mismatch, truncated
 
 __all__ = ["check_pcd"]
 
