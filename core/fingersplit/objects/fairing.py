@@ -5,13 +5,14 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array, csr_array, diags_array
-from scipy.sparse.linalg import cg
+from scipy.sparse.linalg import cg, splu
 
 from fingersplit.objects.mesh import Mesh
 
 __all__ = ["fair"]
 
 _TOLERANCE = 1e-6  # of the positions, relative
+_DIRECT = 40_000  # vertices; up to here factors are cheaper than the hundreds of iterations that strong fairing takes
 _SLIVER = 1e-3  # least sine of an angle; a cotangent beyond 1000 would hold two vertices together for nothing
 
 
@@ -34,17 +35,25 @@ def fair(mesh: Mesh, wavelength: float) -> Mesh:
     start = mesh.vertices - middle
     smooth = start.copy()
     right = mass[:, None] * start - system @ (start * ~free[:, None])
-    inner, scale = system[free][:, free], diags_array(1.0 / system.diagonal()[free])
-    for axis in range(3):
-        smooth[free, axis], _ = cg(
-            inner, right[free, axis], x0=start[free, axis], rtol=_TOLERANCE, M=scale, maxiter=500
-        )
+    smooth[free] = _solved(csr_array(system[free][:, free]), right[free], start[free])
     faired = Mesh(smooth + middle, mesh.faces)
     if not mesh.watertight or faired.volume <= 0:
         return faired
     center = faired.center_of_mass
     growth = (mesh.volume / faired.volume) ** (1 / 3)
     return Mesh(center + growth * (faired.vertices - center), mesh.faces)
+
+
+def _solved(system: csr_array, right: NDArray[np.float64], start: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Solution (n, 3) of a symmetric positive definite system, directly where it is small."""
+    if len(start) <= _DIRECT:
+        factors = splu(
+            system.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
+        )
+        return np.asarray(factors.solve(right))
+    scale = diags_array(1.0 / system.diagonal())
+    columns = (cg(system, right[:, k], x0=start[:, k], rtol=_TOLERANCE, M=scale, maxiter=500)[0] for k in range(3))
+    return np.column_stack(list(columns))
 
 
 def _curvature_operator(mesh: Mesh) -> tuple[csr_array, NDArray[np.float64]]:

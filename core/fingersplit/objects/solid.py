@@ -17,7 +17,7 @@ from scipy.spatial import ConvexHull, QhullError
 from fingersplit.objects.moments_kernel import surface_moments
 from fingersplit.objects.solid_kernel import count_crossings, find_crossings
 
-__all__ = ["LARGE_OPENING", "Moments", "Solid", "close_surface", "moments_of", "solid_of"]
+__all__ = ["LARGE_OPENING", "Moments", "Solid", "close_surface", "moments_of", "solid_of", "unmatched_sides"]
 
 LARGE_OPENING = 0.3
 """Share of the closed surface that caps may be; beyond, what a surface encloses is anybody's guess, and the hull it is.
@@ -82,12 +82,11 @@ def solid_of(vertices: NDArray[np.float64], faces: NDArray[np.int32], is_closed:
         area = surface_moments(vertices, faces, (0.0, 0.0, 0.0))[0]
         open_share, method = 1.0 - area / found.area, "capped_holes"
     once, multiply = _measured(corners, closed)
-    if multiply > MULTIPLY * max(once.volume, 0.0):
+    is_open = len(closed) > len(faces)
+    if once.volume > 0 and multiply > MULTIPLY * once.volume:
         method, found = "union", once
-    if open_share > LARGE_OPENING or found.volume <= 0 or _is_sheet(vertices, found.volume, open_share):
-        hull = _hull(vertices)
-        if hull is not None:
-            method, found = "convex_hull", hull
+    if is_open and (open_share > LARGE_OPENING or _is_sheet(vertices, found.volume, open_share)):
+        method, found = "convex_hull", _hull(vertices) or found
     return Solid(corners, closed, open_share, method, found._replace(area=area))
 
 
@@ -98,6 +97,11 @@ def moments_of(vertices: NDArray[np.float64], faces: NDArray[np.int32]) -> Momen
     with np.errstate(divide="ignore", invalid="ignore"):  # a flat surface has no centre
         offset = first / volume
         return Moments(area, volume, origin + offset, second / volume - np.outer(offset, offset))
+
+
+def unmatched_sides(faces: NDArray[np.int32], count: int) -> int:
+    """How many sides of faces (m, 3), indices below ``count``, no side that runs the other way matches."""
+    return len(_boundary(faces, count))
 
 
 def close_surface(
@@ -212,7 +216,7 @@ def _column_moments(
 
 def _is_sheet(vertices: NDArray[np.float64], volume: float, open_share: float) -> bool:
     """Whether an open surface encloses next to nothing of its hull."""
-    if open_share < 0.05:
+    if volume > 0 and open_share < 0.05:
         return False
     hull = _hull(vertices)
     return hull is not None and volume < MIN_SHARE_OF_HULL * hull.volume

@@ -10,6 +10,7 @@ import trimesh
 
 from fingersplit.errors import ObjectFileError
 from fingersplit.objects.intake import IntakeReport, read_file, read_mesh
+from fingersplit.objects.intake.report import report_from_document
 from fingersplit.objects.mesh import Mesh
 from fingersplit.objects.parametric import bottle, l_bracket, mug
 from fingersplit.objects.source import UNITS, ObjectSource
@@ -203,7 +204,7 @@ def test_one_sided_surface_is_kept_and_said_not_to_be_watertight():
 def test_report_becomes_plain_json():
     _, report = read_mesh(written(box(), "stl"), "STL")
     document = json.loads(json.dumps(report.to_document()))
-    assert IntakeReport(**document) == report
+    assert report_from_document(document) == report
     assert (document["file_type"], document["merged_vertices"], document["vertices"]) == ("stl", 28, 8)
 
 

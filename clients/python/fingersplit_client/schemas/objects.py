@@ -1,6 +1,6 @@
 """What is said of an object, and what was found in its file."""
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import Field
 
@@ -41,7 +41,14 @@ class IntakeReport(Document):
     nonmanifold_edges: int = Field(description="Edges that more than two triangles share.")
     watertight: bool = Field(description="Whether the surface is closed, with one outside.")
     area: float = Field(description="Surface area [m^2].")
-    volume: float | None = Field(description="Enclosed volume [m^3]; null where the surface is not closed.")
+    volume: float | None = Field(description="Enclosed volume [m^3]; see `volume_method`.")
+    volume_method: Literal["surface", "capped_holes", "union", "convex_hull"] = Field(
+        default="surface",
+        description="How the volume was found: exactly, with holes closed, with parts that overlap counted once, or of "
+        "the convex hull where openings are a large part of the surface.",
+    )
+    open_share: float = Field(default=0.0, description="Share of the area that is missing, as flat caps measure it.")
+    remarks: list[str] = Field(default=[], description="What may not be expected, in sentences.")
 
 
 class CloudReport(Document):
@@ -58,6 +65,9 @@ class CloudReport(Document):
     normals: bool = Field(description="Whether the file says where the surface faces.")
     viewpoint: bool = Field(description="Whether it is known where the camera stood.")
     spacing: float = Field(description="Typical distance of a point from the nearest other [m].")
+    normals_turned: bool = Field(default=False, description="Whether normals pointed inwards and were turned over.")
+    plane_share: float = Field(default=0.0, description="Share of the points in a plane, if that is most of a scene.")
+    remarks: list[str] = Field(default=[], description="What may not be expected, in sentences.")
 
 
 Density = Annotated[float, Field(ge=1, le=25_000)]

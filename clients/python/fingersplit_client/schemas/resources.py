@@ -35,7 +35,7 @@ class ObjectInfo(Document):
     name: str = Field(description="Name given at the first upload.")
     unit: Unit = Field(description="Length unit of the uploaded file; everything here is in metres.")
     extents: Vector3 = Field(description="Edge lengths of the axis-aligned bounding box, object frame [m].")
-    volume: float = Field(description="Enclosed volume [m^3]; of the convex hull where the surface is open.")
+    volume: float = Field(description="Enclosed volume [m^3]; the report says how it was found.")
     center_of_mass: Vector3 = Field(description="Centre of the volume at even density, object frame [m].")
     options: ObjectOptions = Field(default=ObjectOptions(), description="What was said of the object beside its shape.")
     report: IntakeReport | CloudReport = Field(description="What was found in the file and what was repaired.")

@@ -8,6 +8,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import breadth_first_order, connected_components, minimum_spanning_tree
 from scipy.spatial import cKDTree
 
+from fingersplit.objects.cloud.checks import contradict, point_inwards
 from fingersplit.objects.cloud.point_cloud import PointCloud
 
 __all__ = ["OrientedPoints", "find_outliers", "orient_points"]
@@ -53,9 +54,10 @@ def orient_points(cloud: PointCloud) -> OrientedPoints:
     """Thin a cloud, leave out its outliers, and find the outward normal and the area of every point left.
 
     Normals are those of the planes that fit the neighbours best, which are taken from farther away where there is more
-    noise. They point as the cloud's own do, or else towards its viewpoint; where neither is known, they agree with
-    their neighbours along the tree of least turns [Hoppe1992], and the whole points away from its middle, unless
-    neighbours agree better when all point to one side, as they do in a cloud from one view.
+    noise. They point as the cloud's own do, unless those contradict each other or point inwards, or else towards its
+    viewpoint; where neither is known, they agree with their neighbours along the tree of least turns [Hoppe1992], and
+    the whole points away from its middle, unless neighbours agree better when all point to one side, as they do in a
+    cloud from one view.
     """
     points, own = _thinned(cloud)
     keep = ~find_outliers(points)
@@ -72,12 +74,18 @@ def orient_points(cloud: PointCloud) -> OrientedPoints:
         distances, neighbours = tree.query(points, count + 1)
     normals, noise, areas = _fit_planes(points, neighbours)
     if own is not None:
+        lengths = np.linalg.norm(own, axis=1, keepdims=True)  # 0 where the normals of a voxel cancel
+        own = own / np.where(lengths > 0, lengths, 1.0)
+        own = None if np.median(lengths) == 0 or contradict(points, own) else own
+    if own is not None:
         turned = np.einsum("ij,ij->i", normals, own) < 0
     elif cloud.viewpoint is not None:
         turned = np.einsum("ij,ij->i", normals, cloud.viewpoint - points) < 0
     else:
         turned = _against_neighbours(points, normals, neighbours[:, : MIN_NEIGHBOURS // 2])
     normals = np.where(turned[:, None], -normals, normals)
+    if own is not None and point_inwards(points, normals, areas, cloud.viewpoint):
+        normals = -normals
     return OrientedPoints(points, normals, areas, float(np.sqrt(np.median(areas))), noise)
 
 

@@ -10,6 +10,7 @@ from fingersplit.objects.cloud.reconstruction import part_of_mesh, reconstruct
 from fingersplit.objects.cloud.unseen import estimate_viewpoint
 from fingersplit.objects.fairing import fair
 from fingersplit.objects.outline import Outline
+from fingersplit.objects.solid import moments_of
 
 __all__ = ["MIN_POINTS", "check_cloud", "close_cloud"]
 
@@ -17,6 +18,8 @@ MIN_POINTS = 200
 """With fewer there is no telling normals from noise."""
 FAIRING = 8.0
 """Length of waves that fairing halves, in standard deviations of a cloud's noise."""
+MAX_FAIRING = 0.25
+"""Most of that length, in longest extents: what few points show as noise is the object's own curvature."""
 _NO_THICKNESS = 1e-4  # of the extent
 
 
@@ -32,13 +35,20 @@ def close_cloud(cloud: PointCloud, fairing: float = 0.0) -> Outline:
     """
     check_cloud(cloud.points)
     oriented = orient_points(cloud)
-    rough, is_seen = reconstruct(oriented)
-    if not is_seen.any():
-        raise ObjectFileError("no_volume", "No surface runs through the points: they are scattered in space.")
-    closed = fair(rough, max(fairing, FAIRING * oriented.noise))
     viewpoint = cloud.viewpoint
     if viewpoint is None:
         viewpoint = estimate_viewpoint(oriented.points, oriented.normals, oriented.areas)
+    rough, is_seen = reconstruct(oriented, viewpoint)
+    if not is_seen.any():
+        raise ObjectFileError("no_volume", "No surface runs through the points: they are scattered in space.")
+    if moments_of(rough.vertices, rough.faces).volume <= 0:
+        raise ObjectFileError(
+            "inside_out",
+            "The points enclose no volume: their normals point inwards, or every way. Normals must point out of the "
+            "object; without them, say where the camera stood (viewpoint).",
+        )
+    noise = min(FAIRING * oriented.noise, MAX_FAIRING * float(rough.extents.max()))
+    closed = fair(rough, max(fairing, noise))
     return Outline(closed, part_of_mesh(closed, is_seen), viewpoint)
 
 

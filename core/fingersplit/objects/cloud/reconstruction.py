@@ -21,10 +21,13 @@ from fingersplit.objects.mesh import Mesh
 
 __all__ = ["Reconstruction", "part_of_mesh", "reconstruct"]
 
-CELLS = 64
-"""Along the longest extent of the points."""
+MIN_CELLS, CELLS = 24, 64
+"""Along the longest extent of the points; fewer where these are sparse, ``CELLS_PER_SPACING`` to a spacing."""
+CELLS_PER_SPACING = 4.0
 MARGIN = 0.3
 """Of the longest extent, around the points: Fourier transforms repeat the object at the grid's end."""
+OVERHANG = 2.0
+"""[cells]; how far the surface may reach beyond the points."""
 SMOOTHING = 1.2
 """Of the points' layer, in cells or in standard deviations of their noise, whichever is more."""
 DRAWING_REACH = 2.0
@@ -51,22 +54,26 @@ class Reconstruction(NamedTuple):
     seen: NDArray[np.bool_]
 
 
-def reconstruct(oriented: OrientedPoints) -> Reconstruction:
-    """The closed surface through oriented points.
+def reconstruct(oriented: OrientedPoints, viewpoint: NDArray[np.float64] | None = None) -> Reconstruction:
+    """The closed surface through oriented points, within their bounds but for what a camera could not see behind them.
+
+    Args:
+        oriented: The points.
+        viewpoint: Where the camera stood, (3,) [m]; None for a cloud from several sides.
 
     Raises:
         ObjectFileError: The points enclose nothing.
     """
     low, high = oriented.points.min(axis=0), oriented.points.max(axis=0)
     extent = float((high - low).max())
-    cell, margin = extent / CELLS, MARGIN * extent
+    cells = np.clip(CELLS_PER_SPACING * extent / oriented.spacing, MIN_CELLS, CELLS)
+    cell, margin = extent / float(cells), MARGIN * extent
     origin = low - margin
     shape = [fft.next_fast_len(int(size) + 1, real=True) for size in (high - low + 2 * margin) / cell]
     winding = _winding_number(oriented, origin, cell, shape)
     at_points = map_coordinates(winding, ((oriented.points - origin) / cell).T, order=1)
     level = float(np.average(at_points, weights=oriented.areas))
-    for axis in range(3):  # closed at the border of the grid, whatever happens
-        np.moveaxis(winding, axis, 0)[[0, -1]] = winding.min()
+    winding[_beyond_points(oriented.points, viewpoint, origin, cell, shape)] = winding.min()
     if not winding.min() < level < winding.max():
         raise ObjectFileError(
             "no_volume", "The points enclose no volume: they may lie in one plane or point every way."
@@ -76,6 +83,33 @@ def reconstruct(oriented: OrientedPoints) -> Reconstruction:
     drawn, seen = _drawn_onto_points(mesh, oriented, DRAWING_REACH * max(oriented.spacing, cell))
     trusted = seen & ~_on_rim(drawn, seen, RIM * oriented.spacing + oriented.noise)
     return Reconstruction(drawn, np.asarray(trusted[mesh.faces].all(axis=1)))
+
+
+def _beyond_points(
+    points: NDArray[np.float64],
+    viewpoint: NDArray[np.float64] | None,
+    origin: NDArray[np.float64],
+    cell: float,
+    shape: list[int],
+) -> NDArray[np.bool_]:
+    """Grid points where no object can be: on the border, and beside all points as the camera saw them."""
+    beyond = np.ones(shape, dtype=bool)
+    beyond[1:-1, 1:-1, 1:-1] = False
+    axes = np.eye(3)
+    if viewpoint is not None:
+        view = points.mean(axis=0) - viewpoint
+        view /= np.linalg.norm(view)
+        side = np.cross(view, axes[np.argmin(np.abs(view))])
+        side /= np.linalg.norm(side)
+        axes = np.stack([side, np.cross(view, side)])
+    steps = [start + cell * np.arange(size) for start, size in zip(origin, shape, strict=True)]
+    for axis in axes:
+        along = points @ axis
+        places = (
+            axis[0] * steps[0][:, None, None] + axis[1] * steps[1][None, :, None] + axis[2] * steps[2][None, None, :]
+        )
+        beyond |= (places < along.min() - OVERHANG * cell) | (places > along.max() + OVERHANG * cell)
+    return beyond
 
 
 def _winding_number(

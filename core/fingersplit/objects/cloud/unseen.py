@@ -8,13 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_erosion, distance_transform_edt, grey_closing
 
+from fingersplit.objects.cloud.checks import ONE_SIDED
 from fingersplit.objects.mesh import Mesh
 from fingersplit.objects.signed_distance import DistanceGrid
 
 __all__ = ["estimate_viewpoint", "hide_unseen"]
 
-ONE_SIDED = 0.35
-"""Least length of the mean normal of a cloud that was seen from one side; a closed surface has 0, a half ball 0.5."""
 DISTANCE = 10.0
 """[m]; of a viewpoint of which only the direction is known."""
 

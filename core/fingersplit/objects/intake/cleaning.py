@@ -3,6 +3,8 @@
 import numpy as np
 import trimesh
 from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 from trimesh import grouping
 from trimesh.graph import connected_component_labels
 from trimesh.ray.ray_util import contains_points
@@ -13,6 +15,7 @@ __all__ = ["VIEW", "drop_needless_faces", "faces_at_edges", "merge_vertices", "s
 
 _CELLS = 2**21 - 8  # along the largest extent: about what float32 resolves, and what trimesh packs into one integer
 _NO_AREA = 1e-14  # of the squared extent
+_MAX_TURNS = 1_000  # of patches between edges of more than two faces
 VIEW = np.array([0.43, 0.62, 0.65])
 """Direction of rays that tell inside from outside; trimesh draws one at random where its own leaves doubt."""
 
@@ -77,11 +80,14 @@ def turn_outwards(mesh: Mesh) -> tuple[Mesh, int, int]:
         The mesh, the number of faces that were turned over, and the number of parts that share no vertex.
     """
     faces, wrong = mesh.faces, np.zeros(len(mesh.faces), dtype=bool)
+    label = connected_component_labels(np.concatenate([faces[:, :2], faces[:, 1:]]), len(mesh.vertices))
+    group = label[faces[:, 0]]
     if not mesh.watertight:
         wrong = _wound_against(mesh.trimesh)
+        against, group = _patches_against(mesh.trimesh, np.where(wrong[:, None], faces[:, ::-1], faces))
+        wrong ^= against
         faces = np.where(wrong[:, None], faces[:, ::-1], faces)
-    label = connected_component_labels(np.concatenate([faces[:, :2], faces[:, 1:]]), len(mesh.vertices))
-    inward = _inward(mesh.vertices, faces, label[faces[:, 0]])
+    inward = _inward(mesh.vertices, faces, group)
     flipped = int(np.count_nonzero(wrong ^ inward))
     if flipped:
         mesh = Mesh(mesh.vertices, np.where(inward[:, None], faces[:, ::-1], faces))
@@ -106,6 +112,45 @@ def _wound_against(surface: trimesh.Trimesh) -> NDArray[np.bool_]:
     part, first_face = np.unique(np.minimum(as_is, flipped), return_index=True)
     chosen = as_is[first_face][np.searchsorted(part, np.minimum(as_is, flipped))]
     return np.asarray((as_is != chosen) & (as_is != flipped))
+
+
+def _patches_against(
+    surface: trimesh.Trimesh, faces: NDArray[np.integer]
+) -> tuple[NDArray[np.bool_], NDArray[np.integer]]:
+    """Find patches to flip so that as many faces as can be run along each edge one way as the other.
+
+    A patch hangs together by edges of two faces; at edges of more, patches meet. Those that are flipped one by one are
+    those that then leave fewer edges out of balance.
+
+    Args:
+        surface: The surface, for its edges.
+        faces: Its faces (m, 3), patches wound consistently.
+
+    Returns:
+        The faces to flip, (m,) bool, and which faces must be turned together, (m,).
+    """
+    pairs = grouping.group_rows(surface.edges_sorted, require_count=2)
+    patch = connected_component_labels(surface.edges_face[pairs], len(faces))
+    group, none = np.asarray(patch), np.zeros(len(faces), dtype=bool)
+    edge = surface.edges_unique_inverse
+    uses = np.flatnonzero(np.bincount(edge)[edge] > 2)
+    if not len(uses):
+        return none, group
+    start, end = faces.ravel()[uses], np.roll(faces, -1, axis=1).ravel()[uses]
+    shape = int(edge.max()) + 1, int(patch.max()) + 1
+    runs = coo_array((np.where(start < end, 1, -1), (edge[uses], patch[uses // 3])), shape=shape).tocsc()
+    runs.eliminate_zeros()
+    signs, weight = np.ones(shape[1]), np.asarray(runs.multiply(runs).sum(axis=0)).ravel()
+    surplus = runs @ signs
+    for _ in range(_MAX_TURNS):
+        gain = signs * (runs.T @ surplus) - weight
+        best = int(np.argmax(gain))
+        if gain[best] <= 0:
+            break
+        surplus -= 2 * signs[best] * runs[:, [best]].toarray().ravel()
+        signs[best] = -signs[best]
+    _, joined = connected_components((abs(runs).T @ abs(runs)).tocsr(), directed=False)
+    return np.asarray(signs[patch] < 0), np.asarray(joined[patch])
 
 
 def _inward(vertices: NDArray[np.float64], faces: NDArray[np.integer], part: NDArray[np.integer]) -> NDArray[np.bool_]:

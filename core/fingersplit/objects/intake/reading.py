@@ -2,7 +2,6 @@
 
 import numpy as np
 import trimesh
-from numpy.typing import NDArray
 
 from fingersplit.errors import ObjectFileError
 from fingersplit.objects.intake.cleaning import drop_needless_faces, faces_at_edges, merge_vertices, turn_outwards
@@ -10,15 +9,16 @@ from fingersplit.objects.intake.parsing import MESH_FORMATS, parse
 from fingersplit.objects.intake.report import LISTED_HOLES, IntakeReport
 from fingersplit.objects.intake.shells import drop_inner_parts, find_holes
 from fingersplit.objects.mesh import Mesh
+from fingersplit.objects.solid import unmatched_sides
 from fingersplit.objects.source import ObjectSource
 
 __all__ = ["read_mesh"]
 
-MIN_PAIRED_SIDES = 0.5
-"""Least share of triangle sides that meet exactly one other triangle.
+MIN_MATCHED_SIDES = 0.5
+"""Least share of triangle sides that the side of another triangle matches, which runs the other way.
 
-In a closed surface all of them do, in a scan with holes more than 0.99, in a box without its lid 0.87; of
-triangles strewn at random or stacked around common edges hardly any. One half has room on both sides.
+In a closed surface all of them are, in a scan with holes more than 0.99, in a box without its lid 0.87; of triangles
+strewn at random hardly any. One half has room on both sides.
 """
 
 _NO_AREA = 1e-12  # of the squared extent
@@ -60,7 +60,7 @@ def read_mesh(data: bytes, file_type: str, source: ObjectSource | None = None) -
     mesh, n_inner = drop_inner_parts(mesh)
     holes = find_holes(mesh)
     n_faces_at_edges = faces_at_edges(mesh)
-    _check_solid(n_faces_at_edges)
+    _check_solid(mesh)
     _check_volume(mesh, extent)
     return mesh, IntakeReport(
         file_type=file_type,
@@ -83,7 +83,9 @@ def read_mesh(data: bytes, file_type: str, source: ObjectSource | None = None) -
         nonmanifold_edges=int(np.count_nonzero(n_faces_at_edges > 2)),
         watertight=mesh.watertight,
         area=mesh.area,
-        volume=mesh.volume if mesh.watertight else None,
+        volume=mesh.volume,
+        volume_method=mesh.solid.method,
+        open_share=mesh.solid.open_share,
     )
 
 
@@ -104,19 +106,19 @@ def _check_area(area: float, extent: float) -> None:
         )
 
 
-def _check_solid(n_faces_at_edges: NDArray[np.int64]) -> None:
-    paired_sides = 2 * np.count_nonzero(n_faces_at_edges == 2) / n_faces_at_edges.sum()
-    if paired_sides < MIN_PAIRED_SIDES:
+def _check_solid(mesh: Mesh) -> None:
+    unmatched = 0 if mesh.balanced else unmatched_sides(mesh.faces, len(mesh.vertices))
+    matched = 1 - unmatched / (3 * len(mesh.faces))
+    if matched < MIN_MATCHED_SIDES:
         raise ObjectFileError(
             "not_solid",
-            f"Only {paired_sides:.1%} of the triangle sides meet exactly one other triangle, and up to "
-            f"{n_faces_at_edges.max()} triangles share one edge: these are loose triangles, not the surface of a "
-            f"solid, where at least {MIN_PAIRED_SIDES:.0%} do.",
+            f"Only {matched:.1%} of the triangle sides are matched by the side of another triangle: these are loose "
+            f"triangles, not the surface of a solid, where at least {MIN_MATCHED_SIDES:.0%} are.",
         )
 
 
 def _check_volume(mesh: Mesh, extent: float) -> None:
     thinnest = np.linalg.eigvalsh(np.cov(mesh.vertices, rowvar=False))[0]
     flat = np.sqrt(max(thinnest, 0.0)) < _NO_THICKNESS * extent
-    if flat or (mesh.watertight and mesh.volume < _NO_VOLUME * extent**3):
+    if flat or mesh.volume < _NO_VOLUME * extent**3:
         raise ObjectFileError("no_volume", "The surface is flat or folded on itself: it encloses no volume to be held.")

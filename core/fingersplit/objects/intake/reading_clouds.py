@@ -6,6 +6,7 @@ from scipy.spatial import cKDTree
 
 from fingersplit.errors import ObjectFileError
 from fingersplit.objects.cloud import MIN_POINTS, PointCloud, check_cloud
+from fingersplit.objects.cloud.checks import contradict, point_inwards, scene_plane
 from fingersplit.objects.cloud.normals import find_outliers
 from fingersplit.objects.intake.cloud_parsing import RawCloud, parse_cloud
 from fingersplit.objects.intake.report import CloudReport
@@ -33,28 +34,34 @@ def read_cloud(data: bytes, file_type: str, source: ObjectSource | None = None) 
         raw = raw._replace(viewpoint=np.array(source.viewpoint))
     if raw.viewpoint is not None and not np.isfinite(raw.viewpoint).all():
         raise ObjectFileError("non_finite", f"The viewpoint {raw.viewpoint.tolist()} must be three numbers.")
-    kept, counts = _kept(raw)
+    kept, n_finite, n_different = _kept(raw)
     points = raw.points[kept] * source.meters
     if len(points):
         source.check_extent(float(np.ptp(points, axis=0).max()))
     check_cloud(points)
-    normals = None if raw.normals is None else _usable(raw.normals[kept])
-    cloud = PointCloud(points, normals, None if raw.viewpoint is None else raw.viewpoint * source.meters)
+    viewpoint = None if raw.viewpoint is None else raw.viewpoint * source.meters
+    normals = None if raw.normals is None else _usable(points, raw.normals[kept])
+    turned = normals is not None and point_inwards(points, normals, np.ones(len(points)), viewpoint)
+    cloud = PointCloud(points, -normals if normals is not None and turned else normals, viewpoint)
     return cloud, CloudReport(
         file_type=file_type,
         unit=source.unit,
         scale=source.scale,
         points_in_file=len(raw.points),
         points=len(points),
-        **counts,
+        non_finite_points=len(raw.points) - n_finite,
+        repeated_points=n_finite - n_different,
+        outliers=n_different - len(kept),
         normals=normals is not None,
         viewpoint=cloud.viewpoint is not None,
         spacing=float(np.median(cKDTree(points).query(points, 2)[0][:, 1])),
+        normals_turned=turned,
+        plane_share=scene_plane(points),
     )
 
 
-def _kept(raw: RawCloud) -> tuple[NDArray[np.integer], dict[str, int]]:
-    """Indices of the points that belong to the object, and how many were dropped for which reason."""
+def _kept(raw: RawCloud) -> tuple[NDArray[np.integer], int, int]:
+    """Indices of the points that belong to the object, and how many were finite and different."""
     kept = np.flatnonzero(np.isfinite(raw.points).all(axis=1) & (np.abs(raw.points) < 1e9).all(axis=1))
     n_finite = len(kept)
     kept = kept[np.unique(raw.points[kept], axis=0, return_index=True)[1]]
@@ -62,16 +69,14 @@ def _kept(raw: RawCloud) -> tuple[NDArray[np.integer], dict[str, int]]:
     n_different = len(kept)
     if n_different >= MIN_POINTS:
         kept = kept[~find_outliers(raw.points[kept])]
-    return kept, {
-        "non_finite_points": len(raw.points) - n_finite,
-        "repeated_points": n_finite - n_different,
-        "outliers": n_different - len(kept),
-    }
+    return kept, n_finite, n_different
 
 
-def _usable(normals: NDArray[np.float64]) -> NDArray[np.float64] | None:
-    """The normals, if all of them are directions."""
+def _usable(points: NDArray[np.float64], normals: NDArray[np.float64]) -> NDArray[np.float64] | None:
+    """The normals, if all of them are directions and do not contradict each other."""
     with np.errstate(over="ignore", invalid="ignore"):
         lengths = np.linalg.norm(normals, axis=1)
     good = np.isfinite(lengths) & (lengths > 1e-6)
-    return normals / lengths[:, None] if good.all() else None
+    if not good.all() or contradict(points, normals / lengths[:, None]):
+        return None
+    return np.asarray(normals / lengths[:, None])

@@ -34,7 +34,9 @@ class IntakeReport:
         nonmanifold_edges: Edges that more than two faces share.
         watertight: Whether every edge is shared by exactly two faces that agree on the outside.
         area: Surface area [m^2].
-        volume: Enclosed volume [m^3]; None where the surface is not watertight.
+        volume: Enclosed volume [m^3]; see ``volume_method``.
+        volume_method: ``"surface"``, ``"capped_holes"``, ``"union"`` or ``"convex_hull"``; see `Solid`.
+        open_share: Share of the area that is missing, as flat caps on the holes measure it [1].
     """
 
     file_type: str
@@ -57,14 +59,44 @@ class IntakeReport:
     nonmanifold_edges: int
     watertight: bool
     area: float
-    volume: float | None
+    volume: float
+    volume_method: str
+    open_share: float
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "hole_perimeters", tuple(self.hole_perimeters))  # JSON has lists only
 
+    @property
+    def remarks(self) -> list[str]:
+        """What a user may not expect, in sentences."""
+        remarks = list[str]()
+        if self.volume_method == "convex_hull":
+            remarks.append(
+                f"Openings are {self.open_share:.0%} of the surface: volume, mass and centre of mass are those of the "
+                "convex hull."
+            )
+        elif self.holes:
+            remarks.append(
+                f"The surface is open ({_counted(self.holes, 'hole')}, {_share(self.open_share)} of its area): flat "
+                "caps close it for volume, mass and what counts as inside."
+            )
+        if self.volume_method == "union":
+            remarks.append("Parts of the surface overlap: volume and mass count the overlap once.")
+        if self.inner_parts:
+            parts = _counted(self.inner_parts, "part")
+            remarks.append(f"{parts} inside another dropped; cavities count as solid.")
+        if self.components > 1:
+            remarks.append(f"The object consists of {self.components} parts that share no vertex.")
+        if self.flipped_faces:
+            faces = _counted(self.flipped_faces, "triangle")
+            remarks.append(f"{faces} of {self.faces_in_file:,} turned over, so that all face outwards.")
+        if self.nonmanifold_edges:
+            remarks.append(f"{_counted(self.nonmanifold_edges, 'edge')} with more than two triangles.")
+        return remarks
+
     def to_document(self) -> dict[str, Any]:
-        """The same as plain values for JSON."""
-        return asdict(self)
+        """The same as plain values for JSON, and the remarks."""
+        return asdict(self) | {"remarks": self.remarks}
 
 
 @dataclass(frozen=True)
@@ -83,6 +115,9 @@ class CloudReport:
         normals: Whether the file says where the surface faces.
         viewpoint: Whether it is known where the camera stood.
         spacing: Typical distance of a point from the nearest other [m].
+        normals_turned: Whether the normals pointed inwards and were turned over.
+        plane_share: Share of the points that lie in a plane with far fewer on its other side, as a table has; 0 where
+            no plane takes most of them.
     """
 
     file_type: str
@@ -96,12 +131,38 @@ class CloudReport:
     normals: bool
     viewpoint: bool
     spacing: float
+    normals_turned: bool = False
+    plane_share: float = 0.0
+
+    @property
+    def remarks(self) -> list[str]:
+        """What a user may not expect, in sentences."""
+        remarks = list[str]()
+        if self.plane_share:
+            remarks.append(
+                f"A plane takes {self.plane_share:.0%} of the points: this looks like a scene, not an object. Cut the "
+                "object out of the cloud first."
+            )
+        if self.normals_turned:
+            remarks.append("All normals pointed into the object and were turned over.")
+        if self.outliers:
+            remarks.append(f"{_counted(self.outliers, 'point')} far from all others dropped.")
+        return remarks
 
     def to_document(self) -> dict[str, Any]:
-        """The same as plain values for JSON."""
-        return asdict(self)
+        """The same as plain values for JSON, and the remarks."""
+        return asdict(self) | {"remarks": self.remarks}
 
 
 def report_from_document(document: dict[str, Any]) -> IntakeReport | CloudReport:
     """The report that ``to_document`` wrote."""
-    return CloudReport(**document) if "points" in document else IntakeReport(**document)
+    values = {name: value for name, value in document.items() if name != "remarks"}
+    return CloudReport(**values) if "points" in values else IntakeReport(**values)
+
+
+def _counted(count: int, what: str) -> str:
+    return f"{count:,} {what}{'' if count == 1 else 's'}"
+
+
+def _share(share: float) -> str:
+    return "under 0.1 %" if share < 1e-3 else f"{100 * share:.2g} %"

@@ -75,9 +75,17 @@ def test_cloud_from_all_around_is_the_object(exact_mesh, name):
 def test_own_normals_are_believed():
     mesh = PARAMETRIC_OBJECTS["sphere"]()
     points, faces = scatter(mesh, 5_000, np.random.default_rng(0))
-    inward = -mesh.trimesh.face_normals[faces]
-    oriented = orient_points(PointCloud(points, inward))
+    normals = mesh.trimesh.face_normals[faces]
+    bowl = points[:, 2] < 0  # seen from inside
+    oriented = orient_points(PointCloud(points[bowl], -normals[bowl]))
     assert ((oriented.normals * oriented.points).sum(axis=1) < 0).all()
+
+
+def test_own_normals_that_point_inwards_all_around_are_turned():
+    mesh = PARAMETRIC_OBJECTS["sphere"]()
+    points, faces = scatter(mesh, 5_000, np.random.default_rng(0))
+    oriented = orient_points(PointCloud(points, -mesh.trimesh.face_normals[faces]))
+    assert ((oriented.normals * oriented.points).sum(axis=1) > 0).all()
 
 
 def test_contacts_are_on_the_seen_side_only(half_ball):

@@ -1,0 +1,87 @@
+"""What a cloud's normals and points say before a surface is drawn through them."""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import ConvexHull, QhullError, cKDTree
+
+__all__ = ["contradict", "point_inwards", "scene_plane"]
+
+ONE_SIDED = 0.35
+"""Least length of the mean normal of a cloud that was seen from one side; a closed surface has 0, a half ball 0.5."""
+CONTRADICTION = 0.2
+"""Share of neighbours on the same side of an object that face opposite ways, beyond which normals mean nothing."""
+FACING_AWAY = 0.7
+"""Share of normals that face away from the viewpoint, beyond which all of them are the wrong way round."""
+
+MOST = 0.5
+"""Share of the points that a plane must have to be most of a scene."""
+ON_ONE_SIDE = 0.95
+"""Share of the others that must lie on one side of it, as what stands on a table does."""
+FOOTPRINT = 0.5
+"""Most of the plane's area that the others may cover; a tray's rim covers all of its floor."""
+NEAR_PLANE = 0.01
+"""Distance from the plane, in longest extents, within which a point is part of it."""
+_TRIALS, _SHOWN = 200, 4_000
+
+
+def contradict(points: NDArray[np.float64], normals: NDArray[np.float64]) -> bool:
+    """Whether unit normals (n, 3) at points (n, 3) [m] face opposite ways so often that they mean nothing."""
+    _, nearby = cKDTree(points).query(points, min(7, len(points)))
+    cosines = np.einsum("ijk,ik->ij", normals[nearby[:, 1:]], normals)
+    parallel = np.abs(cosines) > 0.7
+    return bool(parallel.any() and np.mean(cosines[parallel] < 0) > CONTRADICTION)
+
+
+def point_inwards(
+    points: NDArray[np.float64],
+    normals: NDArray[np.float64],
+    areas: NDArray[np.float64],
+    viewpoint: NDArray[np.float64] | None,
+) -> bool:
+    """Whether normals point into the object: away from the camera, or, in a cloud from all sides, to its middle.
+
+    Args:
+        points: (n, 3) [m].
+        normals: (n, 3), unit length.
+        areas: Surface area that each point stands for, (n,), up to a factor.
+        viewpoint: Where the camera stood, (3,) [m]; None where it is not known.
+    """
+    if viewpoint is not None:
+        return bool(np.mean(np.einsum("ij,ij->i", normals, viewpoint - points) < 0) > FACING_AWAY)
+    if np.linalg.norm(np.average(normals, axis=0, weights=areas)) > ONE_SIDED:
+        return False
+    return bool(areas @ np.einsum("ij,ij->i", points - points.mean(axis=0), normals) < 0)
+
+
+def scene_plane(points: NDArray[np.float64]) -> float:
+    """Share of the points (n, 3) in a plane that most of them lie in and that the others stand on; 0 without one.
+
+    By trials of three random points, always the same for the same points (RANSAC).
+    """
+    rng = np.random.default_rng(0)
+    shown = points[rng.choice(len(points), min(len(points), _SHOWN), replace=False)]
+    near = NEAR_PLANE * float(np.ptp(shown, axis=0).max())
+    best, normal, height = 0, np.zeros(3), 0.0
+    for _ in range(_TRIALS):
+        a, b, c = shown[rng.choice(len(shown), 3, replace=False)]
+        direction = np.cross(b - a, c - a)
+        length = np.linalg.norm(direction)
+        if length > 0:
+            heights = shown @ (direction / length) - a @ (direction / length)
+            count = int(np.count_nonzero(np.abs(heights) < near))
+            if count > best:
+                best, normal, height = count, direction / length, float(a @ direction / length)
+    heights = shown @ normal - height
+    on_plane = np.abs(heights) < near
+    share, others = float(on_plane.mean()), heights[~on_plane]
+    if share < MOST or len(others) < 20:
+        return 0.0
+    if max(np.mean(others > 0), np.mean(others < 0)) < ON_ONE_SIDE:
+        return 0.0
+    side = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))])
+    flat = shown @ np.column_stack([side, np.cross(normal, side)])
+    try:
+        small = ConvexHull(flat[~on_plane]).volume < FOOTPRINT * ConvexHull(flat[on_plane]).volume
+    except QhullError:
+        return share
+    return share if small else 0.0
