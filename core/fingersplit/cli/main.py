@@ -150,6 +150,8 @@ def plan(
     console = Console(stderr=to_stdout)
     if imported is not None:
         console.print(imported.message, highlight=False)
+    for remark in () if model.report is None else model.report.remarks:
+        console.print(f"{file.name}: {remark}", highlight=False, markup=False)
     console.print(_table(document))
     if not result.feasible:
         raise typer.Exit(1)
