@@ -3,6 +3,7 @@
 import re
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
+from importlib.metadata import version
 
 from fastapi import FastAPI
 from fastapi_offline import FastAPIOffline
@@ -10,6 +11,7 @@ from fastapi_offline import FastAPIOffline
 from fingersplit_service.endpoints import (
     batches,
     events,
+    exports,
     grasps,
     hands,
     health,
@@ -17,15 +19,16 @@ from fingersplit_service.endpoints import (
     objects,
     parallel_grasps,
     sessions,
+    views,
 )
-from fingersplit_service.jobs.tasks import Tasks
+from fingersplit_service.jobs.worker_functions import WorkerFunctions
 from fingersplit_service.openapi import DESCRIPTION, TAGS, describe
 from fingersplit_service.operations.metrics import Metrics
 from fingersplit_service.problems import add_problem_handlers
-from fingersplit_service.review import exports, pages, viewer, views
+from fingersplit_service.review import pages, viewer
 from fingersplit_service.runtime import running
 from fingersplit_service.security.body_limit import BodyLimit
-from fingersplit_service.security.guard import Guard
+from fingersplit_service.security.middleware import AccessLog, CrossSiteGuard, RequestId, SecurityHeaders
 from fingersplit_service.settings import ServiceSettings
 
 __all__ = ["create_app"]
@@ -34,18 +37,18 @@ _UPLOADS = re.compile(f"{objects.PATH}(/[^/]+/parallel-grasps/import)?")
 _MULTIPART_OVERHEAD = 64 * 1024  # boundaries, part headers, and the other fields [bytes]
 
 
-def create_app(settings: ServiceSettings | None = None, tasks: Tasks | None = None) -> FastAPI:
+def create_app(settings: ServiceSettings | None = None, functions: WorkerFunctions | None = None) -> FastAPI:
     """Build the service; its workers start with the application's lifespan.
 
     Args:
         settings: By default those of the environment.
-        tasks: What the workers run; by default the planner.
+        functions: What the workers run; by default the planner.
     """
     chosen, metrics = settings or ServiceSettings(), Metrics()
 
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
-        async with running(chosen, tasks or Tasks(), metrics) as runtime:
+        async with running(chosen, functions or WorkerFunctions(), metrics) as runtime:
             app.state.runtime = runtime
             yield
 
@@ -54,9 +57,9 @@ def create_app(settings: ServiceSettings | None = None, tasks: Tasks | None = No
             return chosen.max_upload_bytes + _MULTIPART_OVERHEAD
         return chosen.max_request_bytes
 
-    app = FastAPIOffline(  # serves the scripts of /docs itself instead of pointing at somebody else's host
+    app = FastAPIOffline(  # serves the scripts of /docs itself instead of loading them from another host
         title="Fingersplit",
-        version="0.1.0",
+        version=version("fingersplit-service"),
         summary="Grasp planning for multi-fingered hands over HTTP.",
         description=DESCRIPTION,
         openapi_tags=TAGS,
@@ -69,6 +72,9 @@ def create_app(settings: ServiceSettings | None = None, tasks: Tasks | None = No
         app.include_router(part.router)
     add_problem_handlers(app)
     app.add_middleware(BodyLimit, limit_of=body_limit, timeout_s=chosen.body_timeout_s)
-    app.add_middleware(Guard, settings=chosen, metrics=metrics)
+    app.add_middleware(CrossSiteGuard, settings=chosen)
+    app.add_middleware(SecurityHeaders)
+    app.add_middleware(AccessLog, metrics=metrics)
+    app.add_middleware(RequestId)
     describe(app)
     return app

@@ -39,6 +39,7 @@ def serve(
     # Imported here, because every `fingersplit` command loads this module.
     from fingersplit_service.app import create_app
     from fingersplit_service.database.connection import StorageUnavailable
+    from fingersplit_service.database.schema import SchemaTooNew
     from fingersplit_service.listening import serve_app
     from fingersplit_service.security.exposure import Exposed, refuse_exposure
     from fingersplit_service.settings import settings_table
@@ -53,7 +54,7 @@ def serve(
             asyncio.run(refuse_exposure(settings, store))
         with Storage(settings.data_dir.absolute()).lock():
             pass
-    except (Exposed, DataDirectoryInUse, StorageUnavailable, OSError) as error:
+    except (Exposed, DataDirectoryInUse, SchemaTooNew, StorageUnavailable, OSError) as error:
         typer.echo(str(error), err=True)
         raise typer.Exit(_BAD_INPUT) from None
     sys.stdout.write(f"Fingersplit: http://{settings.host}:{settings.port}/docs, data in {settings.data_dir}\n")
@@ -108,10 +109,10 @@ def doctor(data_dir: DataDirectory = None) -> None:
     """Check this installation and say what is wrong; the exit code is 1 when something is."""
     from fingersplit_service.operations.doctor import examine
 
-    findings = examine(_settings(data_dir=data_dir))
-    for finding in findings:
-        typer.echo(f"{'ok   ' if finding.fine else 'WRONG'}  {finding.what}: {finding.detail}")
-    if not all(finding.fine for finding in findings):
+    checks = examine(_settings(data_dir=data_dir))
+    for check in checks:
+        typer.echo(f"{'ok   ' if check.fine else 'WRONG'}  {check.what}: {check.detail}")
+    if not all(check.fine for check in checks):
         raise typer.Exit(1)
 
 

@@ -1,4 +1,4 @@
-"""The server: connections that do not speak in time are closed, and a stop lets nobody wait."""
+"""The server: connections without a request in time are closed, and a stop ends all waits."""
 
 import asyncio
 from contextlib import suppress
@@ -50,7 +50,7 @@ class _Protocol(HttpToolsProtocol):
 
 
 class _Server(uvicorn.Server):
-    """A server that lets everybody go who waits for a job when it is told to stop."""
+    """A server that ends all waits for jobs when it is told to stop."""
 
     def __init__(self, config: uvicorn.Config, app: FastAPI) -> None:
         super().__init__(config)
@@ -64,7 +64,7 @@ class _Server(uvicorn.Server):
     def handle_exit(self, sig: int, frame: FrameType | None) -> None:
         super().handle_exit(sig, frame)
         if self._loop is not None and hasattr(self._app.state, "runtime"):
-            self._loop.call_soon_threadsafe(self._app.state.runtime.watch.close)
+            self._loop.call_soon_threadsafe(self._app.state.runtime.notifier.close)
 
 
 def serve_app(app: FastAPI, settings: ServiceSettings) -> None:

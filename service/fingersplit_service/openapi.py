@@ -1,4 +1,4 @@
-"""The description of the interface: problem answers, and what only the planner knows."""
+"""The description of the interface, with what only the planner knows."""
 
 from dataclasses import fields
 from typing import Any
@@ -8,9 +8,8 @@ from fastapi.openapi.utils import get_openapi
 
 from fingersplit.splitting.settings import PlannerSettings
 from fingersplit_client.schemas import Problem
-from fingersplit_service.problems import MEDIA_TYPE, ProblemKind
 
-__all__ = ["DESCRIPTION", "TAGS", "describe", "problem_answers"]
+__all__ = ["DESCRIPTION", "TAGS", "describe"]
 
 DESCRIPTION = """\
 Upload a mesh or a point cloud, queue a job, get ranked grasps: palm pose, joint angles and contacts.
@@ -33,33 +32,6 @@ TAGS = [
     {"name": "health", "description": "For whoever operates the service."},
 ]
 _MAKERS = {"/v1/objects": "object_id", "/v1/jobs": "job_id", "/v1/batches": "batch_id"}
-_EVERYWHERE = (
-    ProblemKind.BAD_REQUEST,
-    ProblemKind.UNAUTHENTICATED,
-    ProblemKind.FORBIDDEN,
-    ProblemKind.TOO_SLOW,
-    ProblemKind.TOO_LARGE,
-    ProblemKind.INTERNAL,
-    ProblemKind.STORAGE,
-)
-_PROBLEM_REFERENCE = {"$ref": "#/components/schemas/Problem"}
-
-
-def problem_answers(*kinds: ProblemKind) -> dict[int | str, dict[str, Any]]:
-    """The ``responses`` of an endpoint that may end in these kinds of problems, besides those of every request."""
-    answers: dict[int | str, dict[str, Any]] = {}
-    for kind in (*kinds, *_EVERYWHERE):
-        answer = answers.setdefault(
-            kind.status,
-            {
-                "description": "",
-                "content": {"application/problem+json": {"schema": _PROBLEM_REFERENCE, "examples": {}}},
-            },
-        )
-        answer["description"] = f"{answer['description']} {kind.title} (`{kind.uri}`).".lstrip()
-        example = kind.document(kind.title + ".").model_dump(exclude_defaults=True)
-        answer["content"][MEDIA_TYPE]["examples"][kind.uri] = {"value": example}
-    return answers
 
 
 def describe(app: FastAPI) -> None:

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from enum import Enum
 from typing import Any
 
+import sqlalchemy as sa
 from fastapi import FastAPI, HTTPException, Request
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import Response
@@ -12,9 +13,19 @@ from starlette.exceptions import HTTPException as StarletteHTTPException
 
 from fingersplit_client.schemas import InvalidField, Problem
 from fingersplit_service.database.connection import StorageUnavailable
+from fingersplit_service.database.jobs import IdempotencyConflict, QueueFull
+from fingersplit_service.jobs import errors
 from fingersplit_service.jobs.slot import DeadlineExceeded, WorkerDied
+from fingersplit_service.operations.health import DiskFull
 
-__all__ = ["MEDIA_TYPE", "ProblemError", "ProblemKind", "add_problem_handlers", "problem_response"]
+__all__ = [
+    "MEDIA_TYPE",
+    "ProblemError",
+    "ProblemKind",
+    "add_problem_handlers",
+    "problem_answers",
+    "problem_response",
+]
 
 MEDIA_TYPE = "application/problem+json"
 _log = logging.getLogger(__name__)
@@ -24,24 +35,24 @@ class ProblemKind(Enum):
     """Kinds of problems: the last part of the type's URI, the HTTP status and the title."""
 
     BAD_REQUEST = ("bad-request", 400, "The request cannot be read")
-    UNAUTHENTICATED = ("unauthenticated", 401, "Who asks is not known")
-    FORBIDDEN = ("forbidden", 403, "Who asks may not do that")
-    NOT_FOUND = ("not-found", 404, "No such thing")
-    METHOD_NOT_ALLOWED = ("method-not-allowed", 405, "This address does not take that method")
-    TOO_SLOW = ("too-slow", 408, "The request came in too slowly")
+    UNAUTHENTICATED = ("unauthenticated", 401, "Authentication required")
+    FORBIDDEN = ("forbidden", 403, "Permission denied")
+    NOT_FOUND = ("not-found", 404, "Not found")
+    METHOD_NOT_ALLOWED = ("method-not-allowed", 405, "Method not allowed")
+    TOO_SLOW = ("too-slow", 408, "Request timeout")
     NOT_FINISHED = ("not-finished", 409, "The job has not ended yet")
-    IN_USE = ("in-use", 409, "Something else still needs it")
-    GONE = ("gone", 409, "What it needs was deleted")
+    IN_USE = ("in-use", 409, "The resource is in use")
+    GONE = ("gone", 409, "The resource is gone")
     TOO_LARGE = ("too-large", 413, "The request is too large")
-    UNKNOWN_FORMAT = ("unknown-format", 415, "Not a file format that can be read")
+    UNKNOWN_FORMAT = ("unknown-format", 415, "Unsupported media type")
     INVALID_REQUEST = ("invalid-request", 422, "The request is not valid")
-    INVALID_MESH = ("invalid-mesh", 422, "The file is not a graspable object")
+    INVALID_MESH = ("invalid-mesh", 422, "The file holds no graspable object")
     KEY_REUSED = ("idempotency-key-reused", 422, "The idempotency key belongs to another request")
     QUEUE_FULL = ("queue-full", 429, "Too many jobs are waiting")
-    INTERNAL = ("internal-error", 500, "The service has a fault")
-    NOT_READY = ("not-ready", 503, "The workers are not warm yet")
-    STORAGE = ("storage-unavailable", 503, "The service cannot write its data now")
-    WORKER_FAILED = ("worker-failed", 503, "No worker could do it")
+    INTERNAL = ("internal-error", 500, "Internal error")
+    NOT_READY = ("not-ready", 503, "The service is not ready")
+    STORAGE = ("storage-unavailable", 503, "Storage unavailable")
+    WORKER_FAILED = ("worker-failed", 503, "The worker failed")
 
     def __init__(self, slug: str, status: int, title: str) -> None:
         self.uri = f"urn:fingersplit:problem:{slug}"
@@ -81,6 +92,35 @@ class ProblemError(HTTPException):
         super().__init__(kind.status, detail, headers)
 
 
+_EVERYWHERE = (
+    ProblemKind.BAD_REQUEST,
+    ProblemKind.UNAUTHENTICATED,
+    ProblemKind.FORBIDDEN,
+    ProblemKind.TOO_SLOW,
+    ProblemKind.TOO_LARGE,
+    ProblemKind.INTERNAL,
+    ProblemKind.STORAGE,
+)
+_PROBLEM_REFERENCE = {"$ref": "#/components/schemas/Problem"}
+
+
+def problem_answers(*kinds: ProblemKind) -> dict[int | str, dict[str, Any]]:
+    """The ``responses`` of an endpoint that may end in these kinds of problems, besides those of every request."""
+    answers: dict[int | str, dict[str, Any]] = {}
+    for kind in (*kinds, *_EVERYWHERE):
+        answer = answers.setdefault(
+            kind.status,
+            {
+                "description": "",
+                "content": {"application/problem+json": {"schema": _PROBLEM_REFERENCE, "examples": {}}},
+            },
+        )
+        answer["description"] = f"{answer['description']} {kind.title} (`{kind.uri}`).".lstrip()
+        example = kind.document(kind.title + ".").model_dump(exclude_defaults=True)
+        answer["content"][MEDIA_TYPE]["examples"][kind.uri] = {"value": example}
+    return answers
+
+
 def add_problem_handlers(app: FastAPI) -> None:
     """Make every error of ``app`` a problem document."""
     app.add_exception_handler(StarletteHTTPException, _http_error)
@@ -89,6 +129,9 @@ def add_problem_handlers(app: FastAPI) -> None:
         app.add_exception_handler(kind, _storage_error)
     for failure in (WorkerDied, DeadlineExceeded, MemoryError):
         app.add_exception_handler(failure, _worker_error)
+    for refusal in _REFUSALS:
+        app.add_exception_handler(refusal, _refusal)
+    app.add_exception_handler(sa.exc.DataError, _data_error)
     app.add_exception_handler(Exception, _unforeseen_error)
 
 
@@ -119,6 +162,52 @@ async def _validation_error(_request: Request, error: Exception) -> Response:
     return problem_response(ProblemKind.INVALID_REQUEST.document("Some fields are not valid.", errors=fields))
 
 
+def _describe_refusal(error: Exception) -> ProblemError:
+    """What a service behind the endpoints refused, as a problem."""
+    match error:
+        case errors.InvalidField():
+            members: dict[str, Any] = {} if error.valid is None else {"valid": list(error.valid)}
+            members |= {} if error.code is None else {"code": error.code}
+            return ProblemError(ProblemKind.INVALID_REQUEST, error.detail, field=error.field, **members)
+        case errors.InvalidFile():
+            kind = ProblemKind.INVALID_MESH if error.mesh else ProblemKind.INVALID_REQUEST
+            kind = ProblemKind.UNKNOWN_FORMAT if error.code == "unknown_format" else kind
+            members = {} if error.code is None else {"code": error.code}
+            return ProblemError(kind, error.detail, field="/file", **members)
+        case QueueFull():
+            waiting, limit = error.args
+            detail = f"{waiting} of your jobs are waiting, and at most {limit} may; try again later."
+            return ProblemError(ProblemKind.QUEUE_FULL, detail, retry_after=5, limit=limit)
+        case IdempotencyConflict():
+            detail = f"This Idempotency-Key belongs to job {error.args[0]}, which asked for something else."
+            return ProblemError(ProblemKind.KEY_REUSED, detail, field="Idempotency-Key")
+    return ProblemError(_REFUSALS[type(error)], str(error))
+
+
+_REFUSALS = {
+    errors.InvalidField: ProblemKind.INVALID_REQUEST,
+    errors.InvalidFile: ProblemKind.INVALID_MESH,
+    errors.NotFound: ProblemKind.NOT_FOUND,
+    errors.NotFinished: ProblemKind.NOT_FINISHED,
+    errors.ObjectInUse: ProblemKind.IN_USE,
+    errors.ResourceGone: ProblemKind.GONE,
+    errors.WorkersNotReady: ProblemKind.NOT_READY,
+    DiskFull: ProblemKind.STORAGE,
+    QueueFull: ProblemKind.QUEUE_FULL,
+    IdempotencyConflict: ProblemKind.KEY_REUSED,
+}
+"""What the services behind the endpoints refuse with, and the kind of problem that it is over HTTP."""
+
+
+async def _refusal(request: Request, error: Exception) -> Response:
+    return await _http_error(request, _describe_refusal(error))
+
+
+async def _data_error(request: Request, _error: Exception) -> Response:
+    detail = "A text of the request has characters that cannot be stored, such as NUL."
+    return await _http_error(request, ProblemError(ProblemKind.INVALID_REQUEST, detail))
+
+
 async def _storage_error(request: Request, error: Exception) -> Response:
     _log.error("%s %s could not be stored: %s", request.method, request.url.path, error)
     return await _http_error(request, ProblemError(ProblemKind.STORAGE, "Nothing was changed; try again."))
@@ -132,7 +221,9 @@ async def _worker_error(request: Request, error: Exception) -> Response:
 
 async def _unforeseen_error(request: Request, error: Exception) -> Response:
     _log.error("%s %s failed", request.method, request.url.path, exc_info=error)
-    return problem_response(ProblemKind.INTERNAL.document("The request met a fault of the service; its log says more."))
+    return problem_response(
+        ProblemKind.INTERNAL.document("The service failed with an internal error; its log says more.")
+    )
 
 
 def _pointer(location: Sequence[str | int]) -> str:

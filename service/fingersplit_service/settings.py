@@ -8,7 +8,7 @@ from typing import Literal
 from pydantic import Field, PositiveFloat, PositiveInt
 from pydantic_settings import BaseSettings, PydanticBaseSettingsSource, SettingsConfigDict, TomlConfigSettingsSource
 
-__all__ = ["ServiceSettings", "is_loopback", "settings_table"]
+__all__ = ["ServiceSettings", "is_address", "is_loopback", "settings_table"]
 
 _MIB = 2**20
 _DAY = 86_400.0
@@ -58,7 +58,7 @@ class ServiceSettings(BaseSettings):
         default=64 * _MIB, description="Largest file of an object or of grasps [bytes]."
     )
     max_request_bytes: PositiveInt = Field(default=_MIB, description="Largest body of other requests [bytes].")
-    max_queued_jobs: PositiveInt = Field(default=10_000, description="Most jobs that may wait.")
+    max_queued_jobs: PositiveInt = Field(default=10_000, description="Most jobs of one owner that may wait.")
     max_connections: PositiveInt = Field(default=1_000, description="Most connections at once.")
     header_timeout_s: PositiveFloat = Field(default=10.0, description="Longest time for a request's headers [s].")
     body_timeout_s: PositiveFloat = Field(default=60.0, description="Longest time for a request's body [s].")
@@ -79,8 +79,8 @@ class ServiceSettings(BaseSettings):
     warm_deadline_s: PositiveFloat = Field(
         default=600.0, description="Longest time for a worker to start; the first compiles the kernels [s]."
     )
-    lease_s: PositiveFloat = Field(
-        default=30.0, description="How long a job stays with a service process that shows no sign of life [s]."
+    worker_silence_s: PositiveFloat = Field(
+        default=5.0, description="How long a worker process may be stopped by the system before it is replaced [s]."
     )
     stop_grace_s: float = Field(
         default=2.0, ge=0, description="How long running jobs may go on when the service is told to stop [s]."
@@ -91,6 +91,9 @@ class ServiceSettings(BaseSettings):
     )
     keep_recordings_bytes: PositiveInt = Field(
         default=20_480 * _MIB, description="Most that these files take in all; the oldest jobs' go first [bytes]."
+    )
+    keep_orphans_s: PositiveFloat = Field(
+        default=60.0, description="How long files stay that belong to nothing in the tables any more [s]."
     )
     keep_objects_s: PositiveFloat = Field(
         default=365 * _DAY, description="How long an object is kept that nobody uploads or plans for [s]."
@@ -114,6 +117,15 @@ class ServiceSettings(BaseSettings):
         file = os.environ.get("FINGERSPLIT_CONFIG")
         sources = (init_settings, env_settings)
         return (*sources, TomlConfigSettingsSource(settings_cls, Path(file))) if file else sources
+
+
+def is_address(host: str) -> bool:
+    """Whether a host is given by its address and not by a name."""
+    try:
+        ipaddress.ip_address(host.strip("[]"))
+    except ValueError:
+        return False
+    return True
 
 
 def is_loopback(host: str) -> bool:

@@ -12,7 +12,7 @@ from uuid import uuid4
 __all__ = ["DataDirectoryInUse", "Storage"]
 
 
-class DataDirectoryInUse(Exception):  # noqa: N818 -- names what is the case
+class DataDirectoryInUse(Exception):  # noqa: N818
     """Another service works on the same data directory."""
 
 
@@ -64,6 +64,16 @@ class Storage:
         """Delete a job's files."""
         shutil.rmtree(self.job_folder(job_id), ignore_errors=True)
 
+    def objects_before(self, moment: float) -> list[str]:
+        """Ids of objects whose files were last written or claimed before ``moment`` [s since 1970]."""
+        folder, newest = self.root / "objects", dict[str, float]()
+        if not folder.is_dir():
+            return []
+        for entry in os.scandir(folder):
+            object_id = entry.name.partition(".")[0]
+            newest[object_id] = max(newest.get(object_id, 0.0), entry.stat().st_mtime)
+        return [object_id for object_id, written in newest.items() if written < moment]
+
     def job_folders_before(self, moment: float) -> list[str]:
         """Ids of jobs whose files were last written before ``moment`` [s since 1970]."""
         folder = self.root / "jobs"
@@ -88,10 +98,6 @@ class Storage:
             leaving.append(name)
             beyond -= size
         return leaving
-
-    def traces(self, job_id: str) -> Path:
-        """What a job's planner went through; 0.1.0 kept it as ``traces.npz``, in another form that is not read."""
-        return self.job_folder(job_id) / "runs.npz"
 
     def view(self, job_id: str, rank: int, name: str) -> Path:
         """What people look at of one grasp: ``picture.png``, ``recording.rrd`` and the like."""
@@ -121,17 +127,23 @@ class Storage:
             yield
 
     @contextmanager
-    def atomic(self, path: Path, *, durable: bool = True) -> Iterator[Path]:
+    def atomic(self, path: Path, *, durable: bool = True, make_folder: bool = True) -> Iterator[Path]:
         """Give a staged path to write to; once written without error it becomes ``path``.
 
         Args:
             path: The file to make.
             durable: Whether it must survive a loss of power, which takes time.
+            make_folder: Whether to make the folder where it is not there; without, the file of what was deleted
+                meanwhile is not written.
+
+        Raises:
+            FileNotFoundError: The folder is not there and is not to be made.
         """
         staged = self.staged(path.suffix)
         try:
             yield staged
-            path.parent.mkdir(parents=True, exist_ok=True)
+            if make_folder:
+                path.parent.mkdir(parents=True, exist_ok=True)
             if durable:
                 _sync(staged)
             staged.replace(path)

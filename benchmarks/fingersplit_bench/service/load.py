@@ -10,9 +10,9 @@ import numpy as np
 from fingersplit.objects.parametric import cylinder
 from fingersplit_bench.service.server import Server
 from fingersplit_client import AsyncClient, JobCreate, Retries
-from fingersplit_service.jobs.engine import Engine, Priority
-from fingersplit_service.jobs.planning import JobOrder
-from fingersplit_service.jobs.tasks import Tasks
+from fingersplit_service.jobs.planning import PlanTask
+from fingersplit_service.jobs.worker_functions import WorkerFunctions
+from fingersplit_service.jobs.worker_pool import WorkerPool
 from fingersplit_service.storage import Storage
 
 __all__ = ["jobs_per_second_without_http", "measure_load"]
@@ -43,29 +43,29 @@ async def measure_load(server: Server, object_id: str, clients: int, jobs: int, 
 
 async def jobs_per_second_without_http(workers: int, jobs: int, starts: int) -> float:
     """What as many workers do when they are given the same jobs directly."""
-    mesh, tasks = cylinder(), Tasks()
+    mesh, functions = cylinder(), WorkerFunctions()
     with TemporaryDirectory() as folder:
         storage = Storage(Path(folder))
         with storage.lock(), storage.atomic(storage.shape(mesh.content_hash)) as staged:
             np.savez(staged, vertices=mesh.vertices, faces=mesh.faces)
-        engine = Engine(workers, memory_bytes=2**32, recycle_bytes=2**32, warm=tasks.warm, warm_deadline_s=600)
-        engine.start()
+        pool = WorkerPool(workers, memory_bytes=2**32, recycle_bytes=2**32, warm=functions.warm, warm_deadline_s=600)
+        pool.start()
         try:
-            while not engine.ready:
+            while not pool.ready:
                 await asyncio.sleep(0.05)
             seeds = iter(range(jobs))
 
             async def work() -> None:
-                async with engine.worker(Priority.JOB) as turn:
+                async with pool.worker() as lease:
                     for seed in seeds:
                         request = JobCreate(
                             object_id=mesh.content_hash, starts=starts, seed=seed, top_k=1, recording=False
                         )
-                        order = JobOrder(f"{seed}", mesh.content_hash, "can", request.model_dump_json(), 60)
-                        await turn.worker.run(tasks.plan, storage, order, deadline_s=60)
+                        task = PlanTask("can", request, deadline_s=60)
+                        await lease.worker.run(functions.plan, storage, task, deadline_s=60)
 
             began = time.monotonic()
             await asyncio.gather(*(work() for _ in range(workers)))
             return jobs / (time.monotonic() - began)
         finally:
-            await engine.stop()
+            await pool.stop()

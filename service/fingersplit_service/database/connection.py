@@ -1,29 +1,46 @@
-"""A database whose one writer lives in one thread."""
+"""A database with one writer and one reader, each a connection in a thread of its own."""
 
 import asyncio
 import logging
-from collections.abc import Callable, Coroutine
+import os
+from collections.abc import Callable, Coroutine, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from functools import wraps
 from pathlib import Path
 from typing import Any, Concatenate, ParamSpec, TypeVar
 
 import sqlalchemy as sa
+from sqlalchemy.dialects import postgresql, sqlite
 
 from fingersplit_service.database.schema import upgrade_schema
 
-__all__ = ["Database", "StorageUnavailable", "Store", "accepting", "database_url", "reading", "transaction"]
+__all__ = [
+    "Database",
+    "DatabaseInUse",
+    "StorageUnavailable",
+    "Store",
+    "accepting",
+    "database_url",
+    "insert_missing",
+    "reading",
+    "transaction",
+]
 
 Params = ParamSpec("Params")
 Returned = TypeVar("Returned")
 Owner = TypeVar("Owner", bound="Store")
 
-_BUSY_TIMEOUT = 2_000  # how long to wait for somebody else's lock [ms]
+_BUSY_TIMEOUT = 2_000  # how long to wait for another process's lock [ms]
+_SERVICE_LOCK = 0x66696E67  # of PostgreSQL, held by the one service that works on a database
 _log = logging.getLogger(__name__)
 
 
-class StorageUnavailable(Exception):  # noqa: N818 -- names what is the case
-    """The database cannot do what was asked now: disk full, locked by somebody else, or out of reach."""
+class StorageUnavailable(Exception):  # noqa: N818
+    """The database cannot do what was asked now: disk full, locked, damaged, deleted or out of reach."""
+
+
+class DatabaseInUse(Exception):  # noqa: N818
+    """Another service works on the same database."""
 
 
 def database_url(configured: str | None, file: Path) -> sa.URL:
@@ -34,10 +51,11 @@ def database_url(configured: str | None, file: Path) -> sa.URL:
 
 
 class Database:
-    """One connection, used by one thread; its tables are brought up to date when it is opened.
+    """Two connections; the tables are brought up to date when it is opened.
 
-    More connections to SQLite would only wait for each other's locks, and an asynchronous driver costs more than
-    a thread.
+    All writes run one after the other in one thread: more connections to SQLite would only wait for each other's locks,
+    and an asynchronous driver costs more than a thread. Reads have a connection of their own, so that they do not wait
+    for a write that is held up.
 
     Args:
         url: A SQLite file, made when it does not exist, or a PostgreSQL database.
@@ -47,28 +65,46 @@ class Database:
     """
 
     def __init__(self, url: sa.URL) -> None:
-        self._thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="database")
-        self._sqlite: Any = None
-        self._durable: bool | None = None
-        if url.get_backend_name() == "sqlite":
-            self.engine = sa.create_engine(
-                url, poolclass=sa.StaticPool, connect_args={"check_same_thread": False, "cached_statements": 256}
-            )
-            sa.event.listen(self.engine, "connect", self._configure_sqlite)
-            sa.event.listen(self.engine, "begin", _begin_immediate)
+        self._threads = {
+            name: ThreadPoolExecutor(1, thread_name_prefix=f"database-{name}") for name in ("write", "read")
+        }
+        self._file = _SqliteFile(url.database) if url.get_backend_name() == "sqlite" and url.database else None
+        if self._file is not None:
+            self.engine, self._reader = (self._file.engine(url, reads_only=reads) for reads in (False, True))
         else:
-            self.engine = sa.create_engine(url, pool_size=1, max_overflow=0, pool_pre_ping=True)
-        self._views = {reads: self.engine.execution_options(reads_only=reads) for reads in (False, True)}
+            self.engine = sa.create_engine(url, pool_size=2, max_overflow=1, pool_pre_ping=True)
+            self._reader = self.engine
+        self._lock: sa.Connection | None = None
         try:
             upgrade_schema(self.engine)
-        except sa.exc.OperationalError as error:
+            if self._file is not None:
+                self._file.remember()
+        except sa.exc.DatabaseError as error:
             self.close()
             raise StorageUnavailable(f"The database cannot be opened: {error.orig}") from error
 
     def close(self) -> None:
-        """Finish what was asked for and close the connection."""
-        self._thread.shutdown()
+        """Finish what was asked for and close the connections."""
+        for thread in self._threads.values():
+            thread.shutdown()
+        if self._lock is not None:
+            self._lock.close()
+        self._reader.dispose()
         self.engine.dispose()
+
+    def lock(self) -> None:
+        """Hold the database for one service as long as it is open; a file is held with its data directory.
+
+        The lock belongs to a session, so the address must not be that of a pooler in transaction mode.
+
+        Raises:
+            DatabaseInUse: Another service holds it.
+        """
+        if self._file is not None:
+            return
+        self._lock = self.engine.connect().execution_options(isolation_level="AUTOCOMMIT")
+        if not self._lock.execute(sa.select(sa.func.pg_try_advisory_lock(_SERVICE_LOCK))).scalar():
+            raise DatabaseInUse("Another service works on this database; stop it, or name another database.")
 
     async def run(
         self, function: Callable[[sa.Connection], Returned], *, durable: bool = False, reads_only: bool = False
@@ -78,32 +114,81 @@ class Database:
         Args:
             function: What to do.
             durable: Whether it must survive a loss of power; it survives the end of this process in any case.
-            reads_only: Whether it changes nothing, so that it need not wait for somebody else's lock.
+            reads_only: Whether it changes nothing, so that it need not wait for a lock.
 
         Raises:
             StorageUnavailable: Nothing was changed.
         """
-        return await asyncio.get_running_loop().run_in_executor(
-            self._thread, self._transact, function, durable, reads_only
-        )
+        thread = self._threads["read" if reads_only else "write"]
+        return await asyncio.get_running_loop().run_in_executor(thread, self._transact, function, durable, reads_only)
 
     def _transact(self, function: Callable[[sa.Connection], Returned], durable: bool, reads_only: bool) -> Returned:
         try:
-            if self._sqlite is not None and durable is not self._durable:
-                self._sqlite.execute(f"PRAGMA synchronous={'FULL' if durable else 'NORMAL'}")
-                self._durable = durable
-            with self._views[reads_only].begin() as connection:
+            if self._file is not None:
+                self._file.check()
+                if not reads_only:
+                    self._file.synchronize(durable)
+            with (self._reader if reads_only else self.engine).begin() as connection:
                 return function(connection)
-        except (sa.exc.OperationalError, sa.exc.InterfaceError, sa.exc.TimeoutError) as error:
+        except (sa.exc.IntegrityError, sa.exc.DataError, sa.exc.ProgrammingError):
+            raise  # a fault of the request or of ours, not of the database
+        except (sa.exc.DatabaseError, sa.exc.InterfaceError, sa.exc.TimeoutError, OSError) as error:
             _log.error("The database failed: %s", error.__cause__ or error)
-            raise StorageUnavailable("The database cannot be written now: it is locked, full or away.") from error
+            raise StorageUnavailable("The database is locked, full, damaged or out of reach.") from error
 
-    def _configure_sqlite(self, connection: Any, _record: Any) -> None:
-        connection.isolation_level = None  # transactions begin as written below, not at the driver's whim
-        pragmas = (f"busy_timeout={_BUSY_TIMEOUT}", "journal_mode=WAL", "foreign_keys=ON", "cache_size=-16384")
-        for pragma in pragmas:
-            connection.execute(f"PRAGMA {pragma}")
-        self._sqlite = connection
+
+class _SqliteFile:
+    """The file of a database: its connections, and whether it is still the one that was opened."""
+
+    def __init__(self, name: str) -> None:
+        self._path = Path(name)
+        self._identity: tuple[int, int] | None = None
+        self._writer: Any = None
+        self._durable: bool | None = None
+
+    def engine(self, url: sa.URL, *, reads_only: bool) -> sa.Engine:
+        """An engine of one connection."""
+        options = {"check_same_thread": False, "cached_statements": 256}
+        engine = sa.create_engine(url, poolclass=sa.StaticPool, connect_args=options)
+
+        def configure(connection: Any, _record: Any) -> None:
+            connection.isolation_level = None  # transactions begin as written below, not when the driver decides
+            pragmas = [f"busy_timeout={_BUSY_TIMEOUT}", "journal_mode=WAL", "foreign_keys=ON", "cache_size=-16384"]
+            for pragma in [*pragmas, "query_only=ON"] if reads_only else pragmas:
+                connection.execute(f"PRAGMA {pragma}")
+            if not reads_only:
+                self._writer = connection
+
+        def begin(connection: sa.Connection) -> None:
+            # A writer takes the lock first: what a transaction has read cannot change before it writes.
+            connection.exec_driver_sql("BEGIN" if reads_only else "BEGIN IMMEDIATE")
+
+        sa.event.listen(engine, "connect", configure)
+        sa.event.listen(engine, "begin", begin)
+        return engine
+
+    def remember(self) -> None:
+        """Note which file was opened."""
+        self._identity = self._look()
+
+    def check(self) -> None:
+        """Refuse to work on a file that was deleted or replaced: what is written to it would be lost.
+
+        Raises:
+            OSError: It was.
+        """
+        if self._look() != self._identity:
+            raise FileNotFoundError(f"{self._path} was replaced while the service runs.")
+
+    def synchronize(self, durable: bool) -> None:
+        """Set how safe the next commit is."""
+        if durable is not self._durable:
+            self._writer.execute(f"PRAGMA synchronous={'FULL' if durable else 'NORMAL'}")
+            self._durable = durable
+
+    def _look(self) -> tuple[int, int]:
+        status = os.stat(self._path)
+        return status.st_dev, status.st_ino
 
 
 class Store:
@@ -115,6 +200,13 @@ class Store:
 
     def __init__(self, database: Database) -> None:
         self._database = database
+
+
+def insert_missing(connection: sa.Connection, table: sa.Table, row: Mapping[str, Any], unique: list[str]) -> bool:
+    """Insert a row unless one with the same values in the columns ``unique`` is there; whether it was inserted."""
+    dialect: Any = sqlite if connection.dialect.name == "sqlite" else postgresql
+    insert = dialect.insert(table).values(row).on_conflict_do_nothing(index_elements=unique)
+    return bool(connection.execute(insert).rowcount == 1)
 
 
 def transaction(
@@ -130,7 +222,7 @@ def transaction(
 def accepting(
     method: Callable[Concatenate[Owner, sa.Connection, Params], Returned],
 ) -> Callable[Concatenate[Owner, Params], Coroutine[Any, Any, Returned]]:
-    """Like `transaction`, for what somebody is told to be kept: it is on disk before the method returns."""
+    """Like `transaction`, for what a client is told to be kept: it is on disk before the method returns."""
     return _awaitable(method, durable=True)
 
 
@@ -155,9 +247,3 @@ def _awaitable(
         return await self._database.run(act, durable=durable, reads_only=reads_only)
 
     return awaited
-
-
-def _begin_immediate(connection: sa.Connection) -> None:
-    """Take the write lock first: what a transaction has read cannot change before it writes."""
-    reads_only = connection.get_execution_options().get("reads_only", False)
-    connection.exec_driver_sql("BEGIN" if reads_only else "BEGIN IMMEDIATE")

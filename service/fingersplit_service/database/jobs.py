@@ -11,13 +11,14 @@ from fingersplit_service.database.connection import Store, accepting, reading, t
 from fingersplit_service.database.rows import LISTED_COLUMNS, JobRow, NewJob, job_row, one_job
 from fingersplit_service.database.tables import jobs, objects, results
 
-# Statements of every job's way are built once: building one takes longer than SQLite does to run it.
-_COUNT_WAITING = sa.select(sa.func.count()).where(jobs.c.state == "queued")
+# Statements that every job runs through are built once: building one takes longer than SQLite does to run it.
+_COUNT_WAITING = sa.select(sa.func.count()).where(jobs.c.owner == sa.bindparam("of"), jobs.c.state == "queued")
 _USE_OBJECTS = (
     sa.update(objects)
     .where(objects.c.owner == sa.bindparam("of"), objects.c.id.in_(sa.bindparam("wanted", expanding=True)))
     .returning(objects.c.id, objects.c.name)
 )
+_AT_ONCE = 500  # ids in one statement
 _ADD = sa.insert(jobs).returning(*LISTED_COLUMNS, jobs.c.request, sort_by_parameter_order=True)
 _GET = (
     sa.select(*LISTED_COLUMNS, jobs.c.request, results.c.document)
@@ -28,15 +29,15 @@ _GET = (
 __all__ = ["IdempotencyConflict", "JobFilter", "JobStore", "QueueFull", "UnknownObject"]
 
 
-class UnknownObject(Exception):  # noqa: N818 -- names what is the case
+class UnknownObject(Exception):  # noqa: N818
     """A job names an object that its owner does not have; ``args`` are its place among the jobs and the id."""
 
 
-class QueueFull(Exception):  # noqa: N818 -- names what is the case
-    """No more jobs are accepted now; ``args`` is how many wait."""
+class QueueFull(Exception):  # noqa: N818
+    """The owner has too many jobs that wait; ``args`` are how many, and how many may."""
 
 
-class IdempotencyConflict(Exception):  # noqa: N818 -- names what is the case
+class IdempotencyConflict(Exception):  # noqa: N818
     """The idempotency key belongs to a job that asked for something else; ``args`` is its id."""
 
 
@@ -81,16 +82,16 @@ class JobStore(Store):
             connection: The transaction.
             owner: Whose they are.
             new: The jobs.
-            longest_queue: How many jobs may wait.
+            longest_queue: How many jobs of the owner may wait.
             batch_id: The batch they came in.
-            idempotency_key: With it, a second call returns the first one's job.
+            idempotency_key: With it, a second call returns the first one's jobs.
 
         Returns:
             The jobs, and whether they are new.
 
         Raises:
             UnknownObject: An object is not the owner's.
-            QueueFull: Too many jobs wait.
+            QueueFull: Too many jobs of the owner wait.
             IdempotencyConflict: The key was used for something else.
         """
         if idempotency_key is not None:
@@ -98,16 +99,16 @@ class JobStore(Store):
             if known is not None:
                 if _request_hash(connection, known.id) != new[0].request_hash:
                     raise IdempotencyConflict(known.id)
-                return [known], False
-        waiting = connection.execute(_COUNT_WAITING).scalar_one()
+                return [known] if known.batch_id is None else _jobs_of_batch(connection, known.batch_id), False
+        waiting = connection.execute(_COUNT_WAITING, {"of": owner}).scalar_one()
         if waiting + len(new) > longest_queue:
-            raise QueueFull(waiting)
+            raise QueueFull(waiting, longest_queue)
         now = time.time()
         names = _object_names(connection, owner, new, now)
         shared = {
             "owner": owner,
             "batch_id": batch_id,
-            "idempotency_key": idempotency_key,
+            "idempotency_key": None,
             "state": "queued",
             "attempts": 0,
             "worker_deaths": 0,
@@ -115,6 +116,7 @@ class JobStore(Store):
             "created_at": now,
         }
         rows = [shared | asdict(job) | {"object_name": names[job.object_id]} for job in new]
+        rows[0]["idempotency_key"] = idempotency_key
         return [job_row(row) for row in connection.execute(_ADD, rows).mappings()], True
 
     @reading
@@ -144,7 +146,7 @@ class JobStore(Store):
         update = (
             sa.update(jobs)
             .where(_is(owner, job_id), jobs.c.state.in_(("queued", "running")))
-            .values(state="cancelled", finished_at=time.time(), lease_until=None)
+            .values(state="cancelled", finished_at=time.time())
         )
         connection.execute(update)
         return one_job(connection, _is(owner, job_id))
@@ -161,12 +163,26 @@ class JobStore(Store):
         return [(job_id, state) for job_id, state in connection.execute(query.order_by(jobs.c.number))]
 
     @reading
+    def check(self, connection: sa.Connection) -> None:
+        """Read something, to see that the database answers."""
+        connection.execute(sa.select(jobs.c.number).limit(1))
+
+    @reading
     def counts(self, connection: sa.Connection) -> dict[str, int]:
         """How many jobs of all owners are queued and running."""
         query = sa.select(jobs.c.state, sa.func.count()).where(jobs.c.state.in_(("queued", "running")))
         return {"queued": 0, "running": 0} | {
             row[0]: row[1] for row in connection.execute(query.group_by(jobs.c.state))
         }
+
+    @reading
+    def without_rows(self, connection: sa.Connection, job_ids: Sequence[str]) -> list[str]:
+        """Those of some ids that are no job's."""
+        known = set[str]()
+        for start in range(0, len(job_ids), _AT_ONCE):
+            some = job_ids[start : start + _AT_ONCE]
+            known |= set(connection.execute(sa.select(jobs.c.id).where(jobs.c.id.in_(some))).scalars())
+        return [job_id for job_id in job_ids if job_id not in known]
 
     @transaction
     def delete_ended_before(self, connection: sa.Connection, moment: float, limit: int) -> list[str]:
@@ -186,6 +202,11 @@ def _object_names(connection: sa.Connection, owner: str, new: Sequence[NewJob], 
         if job.object_id not in names:
             raise UnknownObject(place, job.object_id)
     return names
+
+
+def _jobs_of_batch(connection: sa.Connection, batch_id: str) -> list[JobRow]:
+    query = sa.select(*LISTED_COLUMNS).where(jobs.c.batch_id == batch_id).order_by(jobs.c.number)
+    return [job_row(row) for row in connection.execute(query).mappings()]
 
 
 def _request_hash(connection: sa.Connection, job_id: str) -> str | None:

@@ -3,16 +3,16 @@
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import sqlalchemy as sa
-from sqlalchemy.dialects import postgresql, sqlite
 
 from fingersplit_client.schemas import ObjectInfo, ParallelGraspSetInfo
-from fingersplit_service.database.connection import Store, accepting, reading
+from fingersplit_service.database.connection import Store, accepting, insert_missing, reading
 from fingersplit_service.database.tables import jobs, objects, parallel_grasp_sets
 
 __all__ = ["ObjectStore", "Removal", "StoredObject"]
+
+_AT_ONCE = 500  # ids in one statement
 
 
 @dataclass(frozen=True)
@@ -30,12 +30,10 @@ class Removal:
     Attributes:
         found: Whether it was there.
         unfinished: Jobs that still need it; with any, nothing was deleted.
-        last: Whether nobody else has the same mesh, so that its files can go.
     """
 
     found: bool
     unfinished: int = 0
-    last: bool = False
 
 
 class ObjectStore(Store):
@@ -52,9 +50,7 @@ class ObjectStore(Store):
             "created_at": info.created_at.timestamp(),
             "used_at": time.time(),
         }
-        dialect: Any = sqlite if connection.dialect.name == "sqlite" else postgresql
-        insert = dialect.insert(objects).values(row).on_conflict_do_nothing(index_elements=["owner", "id"])
-        if connection.execute(insert).rowcount == 1:
+        if insert_missing(connection, objects, row, ["owner", "id"]):
             return True
         connection.execute(sa.update(objects).where(_is(owner, info.id)).values(used_at=row["used_at"]))
         return False
@@ -85,8 +81,16 @@ class ObjectStore(Store):
             return Removal(found=True, unfinished=unfinished)
         found = connection.execute(sa.delete(objects).where(_is(owner, object_id))).rowcount == 1
         connection.execute(sa.delete(parallel_grasp_sets).where(_has_grasps(owner, object_id)))
-        others = connection.execute(sa.select(objects.c.id).where(objects.c.id == object_id).limit(1)).scalar()
-        return Removal(found=found, last=found and others is None)
+        return Removal(found=found)
+
+    @reading
+    def without_rows(self, connection: sa.Connection, object_ids: Sequence[str]) -> list[str]:
+        """Those of some ids that no owner has an object of."""
+        known = set[str]()
+        for start in range(0, len(object_ids), _AT_ONCE):
+            some = object_ids[start : start + _AT_ONCE]
+            known |= set(connection.execute(sa.select(objects.c.id).where(objects.c.id.in_(some))).scalars())
+        return [object_id for object_id in object_ids if object_id not in known]
 
     @reading
     def unused_since(self, connection: sa.Connection, moment: float, limit: int) -> Sequence[tuple[str, str]]:

@@ -58,8 +58,6 @@ jobs = sa.Table(
     sa.Column("deadline_s", sa.Float(53)),
     sa.Column("attempts", sa.Integer, nullable=False, comment="times handed to a worker, counted before"),
     sa.Column("worker_deaths", sa.Integer, nullable=False, comment="times its worker died of it"),
-    sa.Column("runner", _Id, comment="the service process that runs it"),
-    sa.Column("lease_until", _Time, comment="when another may take it over unless the runner extends this"),
     sa.Column("created_at", _Time, nullable=False),
     sa.Column("started_at", _Time, comment="of the latest attempt"),
     sa.Column("finished_at", _Time),

@@ -3,9 +3,8 @@
 from fastapi import APIRouter
 
 from fingersplit_client.schemas import HandInfo
-from fingersplit_service.openapi import problem_answers
-from fingersplit_service.problems import ProblemKind
-from fingersplit_service.runtime import RuntimeDependency
+from fingersplit_service.dependencies import Hands
+from fingersplit_service.problems import ProblemKind, problem_answers
 from fingersplit_service.security.access import Reader
 
 __all__ = ["router"]
@@ -14,6 +13,6 @@ router = APIRouter(tags=["hands"])
 
 
 @router.get("/v1/hands", summary="List the hands", responses=problem_answers(ProblemKind.NOT_READY))
-async def list_hands(runtime: RuntimeDependency, _principal: Reader) -> list[HandInfo]:
+async def list_hands(hands: Hands, _principal: Reader) -> list[HandInfo]:
     """Every hand with its fingers, joints and limits."""
-    return runtime.hands()
+    return hands.all()

@@ -6,24 +6,20 @@ from fastapi import APIRouter, Body, Query, Response
 
 from fingersplit_client.schemas import Job, JobCreate, JobPage, JobState
 from fingersplit_service.database.jobs import JobFilter
-from fingersplit_service.database.rows import JobRow
+from fingersplit_service.dependencies import Jobs, Settings
 from fingersplit_service.endpoints.documents import (
     Cursor,
     JobId,
     Limit,
     job_document,
     json_response,
-    known_job,
     next_cursor,
     place,
     summarize,
 )
-from fingersplit_service.endpoints.orders import IdempotencyKey, Prefer, accept, order, wait_seconds
-from fingersplit_service.jobs.watch import Change
-from fingersplit_service.openapi import problem_answers
-from fingersplit_service.problems import ProblemKind
-from fingersplit_service.runtime import Runtime, RuntimeDependency
-from fingersplit_service.security.access import Planner, Principal, Reader
+from fingersplit_service.endpoints.job_requests import IdempotencyKey, Prefer, preference_applied, wait_seconds
+from fingersplit_service.problems import ProblemKind, problem_answers
+from fingersplit_service.security.access import Planner, Reader
 
 __all__ = ["PATH", "router"]
 
@@ -70,7 +66,8 @@ _NOT_ENDED: dict[int | str, dict[str, Any]] = {
     ),
 )
 async def create_job(
-    runtime: RuntimeDependency,
+    jobs: Jobs,
+    settings: Settings,
     principal: Planner,
     asked: Annotated[JobCreate, Body(openapi_examples=_EXAMPLES)],
     prefer: Prefer = None,
@@ -80,18 +77,12 @@ async def create_job(
 
     With `Prefer: wait=<seconds>` it comes as soon as the job has ended, with the result, or when the time is over.
     """
-    new = await order(runtime, principal, asked)
-    seconds = wait_seconds(runtime, prefer)
-    with runtime.watch.watcher(new.id) as watcher:
-        (row,), fresh = await accept(runtime, principal, [new], idempotency_key=idempotency_key)
-        headers = {"Location": f"{PATH}/{row.id}"}
-        if not fresh:
-            headers["Idempotent-Replayed"] = "true"
-        elif seconds and (end := await watcher.end(seconds)):
-            return await _answer(runtime, principal, row.id, seconds, headers, end)
-    if fresh:
-        return json_response(job_document(runtime, row, None), 202, headers | _applied(seconds))
-    return await _wait(runtime, principal, row.id, seconds, headers)
+    seconds = wait_seconds(prefer, settings.max_wait_s)
+    job = await jobs.submit(principal.owner, asked, idempotency_key=idempotency_key, wait_s=seconds)
+    headers = {"Location": f"{PATH}/{job.row.id}"} | preference_applied(seconds)
+    if not job.fresh:
+        headers["Idempotent-Replayed"] = "true"
+    return json_response(job_document(job), 202 if job.fresh and not job.row.ended else 200, headers)
 
 
 @router.get(
@@ -101,7 +92,7 @@ async def create_job(
     responses=problem_answers(ProblemKind.INVALID_REQUEST),
 )
 async def list_jobs(
-    runtime: RuntimeDependency,
+    jobs: Jobs,
     principal: Reader,
     state: Annotated[list[JobState] | None, Query(description="Only jobs in one of these states.")] = None,
     object_id: Annotated[str | None, Query(description="Only jobs of this object.", max_length=64)] = None,
@@ -115,10 +106,10 @@ async def list_jobs(
 ) -> Response:
     """Jobs without requests and results, newest first."""
     which = JobFilter(tuple(state or ()), object_id, hand, batch_id, object_name)
-    rows = await runtime.jobs.page(principal.owner, which, place(cursor), limit)
+    found = await jobs.page(principal.owner, which, place(cursor), limit)
     page = JobPage.model_construct(
-        items=[summarize(runtime, row) for row in rows],
-        next_cursor=next_cursor([row.number for row in rows], limit),
+        items=[summarize(job) for job in found],
+        next_cursor=next_cursor([job.row.number for job in found], limit),
     )
     return json_response(page.model_dump_json())
 
@@ -129,12 +120,15 @@ async def list_jobs(
     summary="Get a job",
     responses=_NOT_ENDED | problem_answers(ProblemKind.NOT_FOUND, ProblemKind.INVALID_REQUEST),
 )
-async def get_job(runtime: RuntimeDependency, principal: Reader, job_id: JobId, prefer: Prefer = None) -> Response:
+async def get_job(jobs: Jobs, settings: Settings, principal: Reader, job_id: JobId, prefer: Prefer = None) -> Response:
     """Where a job stands, and its grasps once it has succeeded.
 
     With `Prefer: wait=<seconds>` the answer comes as soon as the job has ended, or when the time is over (202).
     """
-    return await _wait(runtime, principal, job_id, wait_seconds(runtime, prefer), {})
+    seconds = wait_seconds(prefer, settings.max_wait_s)
+    job = await jobs.wait(principal.owner, job_id, seconds)
+    status = 202 if seconds and not job.row.ended else 200
+    return json_response(job_document(job), status, preference_applied(seconds))
 
 
 @router.post(
@@ -143,13 +137,9 @@ async def get_job(runtime: RuntimeDependency, principal: Reader, job_id: JobId, 
     summary="Cancel a job",
     responses=problem_answers(ProblemKind.NOT_FOUND, ProblemKind.INVALID_REQUEST),
 )
-async def cancel_job(runtime: RuntimeDependency, principal: Planner, job_id: JobId) -> Response:
+async def cancel_job(jobs: Jobs, principal: Planner, job_id: JobId) -> Response:
     """End a job that has not ended; its worker's core is free at once. One that has ended stays as it is."""
-    before, _ = await known_job(runtime, principal, job_id)
-    if not before.ended:
-        await _cancel(runtime, principal, job_id)
-    row, result = await known_job(runtime, principal, job_id)
-    return json_response(job_document(runtime, row, result))
+    return json_response(job_document(await jobs.cancel(principal.owner, job_id)))
 
 
 @router.delete(
@@ -158,45 +148,7 @@ async def cancel_job(runtime: RuntimeDependency, principal: Planner, job_id: Job
     summary="Delete a job",
     responses=problem_answers(ProblemKind.NOT_FOUND, ProblemKind.INVALID_REQUEST),
 )
-async def delete_job(runtime: RuntimeDependency, principal: Planner, job_id: JobId) -> Response:
+async def delete_job(jobs: Jobs, principal: Planner, job_id: JobId) -> Response:
     """Delete a job with its result, pictures and recordings; one that has not ended is cancelled first."""
-    row, _ = await known_job(runtime, principal, job_id)
-    if not row.ended:
-        await _cancel(runtime, principal, job_id)
-    await runtime.jobs.delete(principal.owner, job_id)
-    await runtime.remove_job_files(job_id)
+    await jobs.delete(principal.owner, job_id)
     return Response(status_code=204)
-
-
-async def _cancel(runtime: Runtime, principal: Principal, job_id: str) -> JobRow | None:
-    row = await runtime.jobs.cancel(principal.owner, job_id)
-    if row is not None and row.state == "cancelled":
-        runtime.watch.tell(job_id, "cancelled")
-        runtime.dispatcher.interrupt(job_id)
-        runtime.metrics.ended.labels("cancelled").inc()
-    return row
-
-
-async def _wait(
-    runtime: Runtime, principal: Principal, job_id: str, seconds: float, headers: dict[str, str]
-) -> Response:
-    """The job at once, or when it has ended, or when the time is over."""
-    with runtime.watch.watcher(job_id) as watcher:
-        row, result = await known_job(runtime, principal, job_id)
-        if row.ended or not seconds:
-            return json_response(job_document(runtime, row, result), headers=headers | _applied(seconds))
-        end = await watcher.end(seconds)
-    return await _answer(runtime, principal, job_id, seconds, headers, end)
-
-
-async def _answer(
-    runtime: Runtime, principal: Principal, job_id: str, seconds: float, headers: dict[str, str], end: Change | None
-) -> Response:
-    """The job as it ended, or as it is now."""
-    row, result = (end and end.outcome) or await known_job(runtime, principal, job_id)
-    status = 200 if row.ended else 202
-    return json_response(job_document(runtime, row, result), status, headers | _applied(seconds))
-
-
-def _applied(seconds: float) -> dict[str, str]:
-    return {"Preference-Applied": f"wait={seconds:g}"} if seconds else {}

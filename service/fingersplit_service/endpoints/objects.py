@@ -1,23 +1,20 @@
 """Objects: upload a mesh or point cloud, list, get, export, delete."""
 
-import asyncio
 import math
-from datetime import UTC, datetime
 from typing import Annotated, Any, Literal
 
 from fastapi import APIRouter, Depends, File, Form, Query, Response, UploadFile
 from fastapi.responses import FileResponse
 
-from fingersplit.errors import ObjectFileError, SettingsError
+from fingersplit.errors import SettingsError
 from fingersplit.objects.options import ObjectOptions as CoreOptions
 from fingersplit_client.schemas import CloudReport, IntakeReport, ObjectInfo, ObjectOptions, ObjectPage, Unit, Vector3
 from fingersplit_client.schemas.objects import Density, Fairing, Friction, Mass
-from fingersplit_service.endpoints.documents import Cursor, Limit, ObjectId, known_object, next_cursor, place
-from fingersplit_service.endpoints.uploads import PRINTABLE, read_by_worker, staged, stem, suffix
-from fingersplit_service.jobs.tasks import Upload
-from fingersplit_service.openapi import problem_answers
-from fingersplit_service.problems import ProblemError, ProblemKind
-from fingersplit_service.runtime import Runtime, RuntimeDependency
+from fingersplit_service.dependencies import Files, Objects
+from fingersplit_service.endpoints.documents import Cursor, Limit, ObjectId, next_cursor, place
+from fingersplit_service.endpoints.uploads import PRINTABLE, staged, stem, suffix
+from fingersplit_service.jobs.worker_functions import Upload
+from fingersplit_service.problems import ProblemError, ProblemKind, problem_answers
 from fingersplit_service.security.access import Planner, Reader
 
 __all__ = ["PATH", "router"]
@@ -94,7 +91,8 @@ _PROBLEMS = problem_answers(ProblemKind.NOT_FOUND, ProblemKind.INVALID_REQUEST)
     ),
 )
 async def upload_object(
-    runtime: RuntimeDependency,
+    objects: Objects,
+    storage: Files,
     principal: Planner,
     response: Response,
     file: Annotated[UploadFile, File(description="The file; its name's suffix says the format.")],
@@ -117,25 +115,18 @@ async def upload_object(
             f"The file's name, {file.filename!r}, has no suffix that says its format.",
             field="/file",
         )
-    async with staged(runtime, file) as path:
-        found = await _inspect(runtime, Upload(path, unit, described.model_dump(), viewpoint, scale))
-    info = ObjectInfo(name=name or stem(file), unit=unit, created_at=datetime.now(UTC), **found)
-    if not await runtime.objects.add(principal.owner, info):
-        response.status_code = 200
-        info = ObjectInfo.model_validate_json(await known_object(runtime, principal, info.id))
-    else:
-        deadline = runtime.settings.plan_deadline_s
-        runtime.engine.run_idly(runtime.tasks.decompose, runtime.storage, info.id, deadline_s=deadline)
+    async with staged(storage, file) as path:
+        upload = Upload(path, unit, described.model_dump(), viewpoint, scale)
+        info, fresh = await objects.add(principal.owner, name or stem(file), upload)
+    response.status_code = 201 if fresh else 200
     response.headers["Location"] = f"{PATH}/{info.id}"
     return info
 
 
 @router.get(PATH, summary="List the objects", responses=problem_answers(ProblemKind.INVALID_REQUEST))
-async def list_objects(
-    runtime: RuntimeDependency, principal: Reader, limit: Limit = 100, cursor: Cursor = None
-) -> ObjectPage:
+async def list_objects(objects: Objects, principal: Reader, limit: Limit = 100, cursor: Cursor = None) -> ObjectPage:
     """Objects, newest first."""
-    stored = await runtime.objects.page(principal.owner, place(cursor), limit)
+    stored = await objects.page(principal.owner, place(cursor), limit)
     return ObjectPage(
         items=[ObjectInfo.model_validate_json(one.document) for one in stored],
         next_cursor=next_cursor([one.number for one in stored], limit),
@@ -143,15 +134,15 @@ async def list_objects(
 
 
 @router.get(PATH + "/{object_id}", summary="Get an object", responses=_PROBLEMS)
-async def get_object(runtime: RuntimeDependency, principal: Reader, object_id: ObjectId) -> ObjectInfo:
+async def get_object(objects: Objects, principal: Reader, object_id: ObjectId) -> ObjectInfo:
     """One object and what was found in its file."""
-    return ObjectInfo.model_validate_json(await known_object(runtime, principal, object_id))
+    return await objects.get(principal.owner, object_id)
 
 
 @router.get(PATH + "/{object_id}/report", summary="See what was repaired", responses=_PROBLEMS)
-async def get_report(runtime: RuntimeDependency, principal: Reader, object_id: ObjectId) -> IntakeReport | CloudReport:
+async def get_report(objects: Objects, principal: Reader, object_id: ObjectId) -> IntakeReport | CloudReport:
     """What was found in an object's file and what was repaired."""
-    return ObjectInfo.model_validate_json(await known_object(runtime, principal, object_id)).report
+    return (await objects.get(principal.owner, object_id)).report
 
 
 @router.get(
@@ -161,7 +152,7 @@ async def get_report(runtime: RuntimeDependency, principal: Reader, object_id: O
     responses=_PROBLEMS | problem_answers(ProblemKind.NOT_FOUND, ProblemKind.WORKER_FAILED),
 )
 async def get_mesh(
-    runtime: RuntimeDependency,
+    objects: Objects,
     principal: Reader,
     object_id: ObjectId,
     file_type: Annotated[
@@ -169,11 +160,7 @@ async def get_mesh(
     ] = "ply",
 ) -> _MeshResponse:
     """The checked mesh, object frame, in metres."""
-    await known_object(runtime, principal, object_id)
-    path = runtime.storage.mesh_export(object_id, file_type)
-    if not path.exists():
-        deadline = runtime.settings.picture_deadline_s
-        await runtime.engine.answer(runtime.tasks.export, runtime.storage, object_id, file_type, deadline_s=deadline)
+    path = await objects.mesh_file(principal.owner, object_id, file_type)
     return _MeshResponse(path, filename=path.name, media_type=_MeshResponse.media_type)
 
 
@@ -183,25 +170,7 @@ async def get_mesh(
     summary="Delete an object",
     responses=_PROBLEMS | problem_answers(ProblemKind.IN_USE),
 )
-async def delete_object(runtime: RuntimeDependency, principal: Planner, object_id: ObjectId) -> Response:
+async def delete_object(objects: Objects, principal: Planner, object_id: ObjectId) -> Response:
     """Delete an object and its parallel grasps. Ended jobs keep their results; their pictures cannot be redrawn."""
-    removal = await runtime.objects.remove(principal.owner, object_id)
-    if removal.unfinished:
-        detail = f"{removal.unfinished} jobs that have not ended need object {object_id}; cancel them first."
-        raise ProblemError(ProblemKind.IN_USE, detail)
-    if not removal.found:
-        raise ProblemError(ProblemKind.NOT_FOUND, f"There is no object {object_id!r}.")
-    if removal.last:
-        await asyncio.to_thread(runtime.storage.remove_object, object_id)
+    await objects.delete(principal.owner, object_id)
     return Response(status_code=204)
-
-
-async def _inspect(runtime: Runtime, upload: Upload) -> dict[str, Any]:
-    """What a worker says of an uploaded file."""
-    try:
-        return await read_by_worker(runtime, ProblemKind.INVALID_MESH, runtime.tasks.inspect, upload)
-    except ObjectFileError as error:
-        if error.code == "needless_viewpoint":
-            raise ProblemError(ProblemKind.INVALID_REQUEST, str(error), field="/viewpoint", code=error.code) from error
-        kind = ProblemKind.UNKNOWN_FORMAT if error.code == "unknown_format" else ProblemKind.INVALID_MESH
-        raise ProblemError(kind, str(error), field="/file", code=error.code) from error

@@ -16,38 +16,40 @@ from contextlib import contextmanager
 from multiprocessing.connection import Connection
 from pathlib import Path
 from types import ModuleType
-from typing import Any, TypeVar
+from typing import Any, Literal, TypeVar
 
 from pebble import ProcessExpired, ProcessPool
 
-from fingersplit_service.jobs.worker import Birth, Report, begin, execute
+from fingersplit_service.jobs.worker import Report, Started, begin, execute
 
 __all__ = ["DeadlineExceeded", "ReportHandler", "WorkerDied", "WorkerSlot"]
 
 Returned = TypeVar("Returned")
 ReportHandler = Callable[[Report], None]
+EndReason = Literal["died", "killed", "grown", "stopped"]
 
 _PAGE = os.sysconf("SC_PAGE_SIZE")
 _ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"), "1")
 _WORKER_ENVIRONMENT = _ONE_THREAD | {"MUJOCO_GL": "disable"}  # nothing is drawn with OpenGL
 
 
-class WorkerDied(Exception):  # noqa: N818 -- names what happened
+class WorkerDied(Exception):  # noqa: N818
     """The worker process ended in the middle of a call."""
 
 
-class DeadlineExceeded(Exception):  # noqa: N818 -- names what happened
+class DeadlineExceeded(Exception):  # noqa: N818
     """A call took too long; its worker was killed."""
 
 
 class WorkerSlot:
-    """A place for one worker process; `start` fills it, and once the process has died it can be filled again.
+    """Owns at most one worker process; `start` starts it, and once it has died another can be started.
 
     Args:
         memory_bytes: Largest address space of the process.
 
     Attributes:
         processes: How many processes it has had.
+        end_reason: Why the process ended, once it has.
     """
 
     def __init__(self, memory_bytes: int) -> None:
@@ -58,6 +60,7 @@ class WorkerSlot:
         self._death: asyncio.Future[None] | None = None
         self._pid: int | None = None
         self._killed = False
+        self.end_reason: EndReason = "died"
         self._call = 0
         self._on_report: ReportHandler | None = None
 
@@ -73,6 +76,14 @@ class WorkerSlot:
             return int(Path(f"/proc/{self._pid}/statm").read_text().split()[1]) * _PAGE
         except (OSError, IndexError):
             return 0
+
+    @property
+    def is_stopped(self) -> bool:
+        """Whether the system has stopped the process, so that it neither works nor answers."""
+        try:
+            return Path(f"/proc/{self._pid}/stat").read_text().rpartition(")")[2].split()[0] in "Tt"
+        except (OSError, IndexError):
+            return False
 
     def start(self) -> None:
         """Start a process.
@@ -90,6 +101,7 @@ class WorkerSlot:
         )
         loop = asyncio.get_running_loop()
         self._death, self._pid, self._killed = loop.create_future(), None, False
+        self.end_reason = "died"
         with _environment(_WORKER_ENVIRONMENT), _nothing_to_import():
             self._pool.schedule(os.getpid)  # a pool starts its process with its first task
         # With this end closed here, the worker's death ends the stream, and pebble cannot start another.
@@ -149,10 +161,11 @@ class WorkerSlot:
         assert self._death is not None
         await asyncio.shield(self._death)
 
-    def kill(self) -> None:
+    def kill(self, reason: EndReason = "killed") -> None:
         """End the process at once, whatever it does."""
         if self.usable and self._pid is not None:
             os.kill(self._pid, signal.SIGKILL)
+            self.end_reason = reason
         self._killed = True
 
     async def discard(self) -> None:
@@ -172,7 +185,7 @@ class WorkerSlot:
         except (EOFError, OSError):
             self._close_reports()
             return
-        if isinstance(message, Birth):
+        if isinstance(message, Started):
             self._pid = message.pid
         elif self._on_report is not None and message.call == self._call:  # not a late one of the call before
             self._on_report(message)

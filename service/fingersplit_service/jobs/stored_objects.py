@@ -1,6 +1,7 @@
 """Objects as workers keep and load them: the shape for ever, what is computed of it in a cache on disk."""
 
 import json
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
@@ -51,6 +52,8 @@ def keep_object(
             for said, part in (("options", options), ("source", source), ("report", report)):
                 arrays[said] = np.array(json.dumps(part.to_document()))
             np.savez(staged, allow_pickle=False, **arrays)
+    else:
+        path.touch()  # claimed again, so that clean-up leaves it
     return model
 
 
@@ -71,7 +74,7 @@ def convex_pieces(storage: Storage, object_id: str) -> "ConvexPieces":
     return ConvexPieces.from_arrays(arrays)
 
 
-def planner_settings(asked: dict[str, Any]) -> tuple["PlannerSettings", float | None]:
+def planner_settings(asked: Mapping[str, Any]) -> tuple["PlannerSettings", float | None]:
     """The planner's settings, and the friction that a request names among them."""
     from fingersplit.contacts.friction import without_friction
     from fingersplit.splitting.settings import PlannerSettings

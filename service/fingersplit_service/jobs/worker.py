@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from typing import Any, TypeVar
 
-__all__ = ["Birth", "Report", "begin", "execute", "execute_behind", "report_progress"]
+__all__ = ["Report", "Started", "begin", "execute", "report_progress", "run_niced"]
 
 Returned = TypeVar("Returned")
 
@@ -26,7 +26,7 @@ _ALLOCATOR_RESERVE = "65536"  # [KiB]; else rerun and arrow each take 1 GiB of t
 
 
 @dataclass(frozen=True)
-class Birth:
+class Started:
     """First message of a worker: its process id."""
 
     pid: int
@@ -72,7 +72,7 @@ def begin(connection: Connection, parent: int, memory_bytes: int) -> None:
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     _reporter.connection = connection
     try:
-        connection.send(Birth(os.getpid()))
+        connection.send(Started(os.getpid()))
     except BrokenPipeError:  # the service has given this process up already
         os._exit(1)
 
@@ -83,16 +83,16 @@ def execute(call: int, function: Callable[..., Returned], arguments: tuple[Any, 
     return function(*arguments)
 
 
-def execute_behind(niceness: int, function: Callable[..., Returned], *arguments: Any) -> Returned:
+def run_niced(niceness: int, function: Callable[..., Returned], *arguments: Any) -> Returned:
     """Run a function at a lower priority of the operating system, 19 is the lowest.
 
-    It runs in a thread of its own: Linux has a priority for each, and a process could not get its own back.
+    It runs in a thread of its own: Linux has a priority for each thread, and a process cannot raise its own again.
     """
-    with ThreadPoolExecutor(1, initializer=_step_back, initargs=(niceness,)) as pool:
+    with ThreadPoolExecutor(1, initializer=_lower_priority, initargs=(niceness,)) as pool:
         return pool.submit(function, *arguments).result()
 
 
-def _step_back(niceness: int) -> None:
+def _lower_priority(niceness: int) -> None:
     if sys.platform == "linux":
         thread = threading.get_native_id()
         os.setpriority(os.PRIO_PROCESS, thread, max(niceness, os.getpriority(os.PRIO_PROCESS, thread)))

@@ -18,13 +18,13 @@ from fingersplit_service.security.exposure import Exposed, refuse_exposure
 from fingersplit_service.settings import ServiceSettings
 from fingersplit_service.storage import DataDirectoryInUse, Storage
 
-__all__ = ["Finding", "examine"]
+__all__ = ["Check", "examine"]
 
 _MIN_DISK = 2**30  # [bytes]
 
 
 @dataclass(frozen=True)
-class Finding:
+class Check:
     """One thing that was looked at: whether it is fine, and what was seen or is to be done."""
 
     what: str
@@ -32,9 +32,9 @@ class Finding:
     detail: str
 
 
-def examine(settings: ServiceSettings) -> list[Finding]:
+def examine(settings: ServiceSettings) -> list[Check]:
     """Look at everything that a service with these settings needs."""
-    looks: list[Callable[[ServiceSettings], Finding]] = [
+    looks: list[Callable[[ServiceSettings], Check]] = [
         _python,
         _cores,
         _data_directory,
@@ -44,25 +44,25 @@ def examine(settings: ServiceSettings) -> list[Finding]:
         _port,
         _planner,
     ]
-    findings = []
+    checks = []
     for look in looks:
         try:
-            findings.append(look(settings))
+            checks.append(look(settings))
         except Exception as error:
-            findings.append(Finding(look.__name__.strip("_").replace("_", " "), False, f"{error}"))
-    return findings
+            checks.append(Check(look.__name__.strip("_").replace("_", " "), False, f"{error}"))
+    return checks
 
 
-def _python(_settings: ServiceSettings) -> Finding:
-    return Finding("Python", sys.version_info >= (3, 11), f"{platform.python_version()}; 3.11 or newer is needed")
+def _python(_settings: ServiceSettings) -> Check:
+    return Check("Python", sys.version_info >= (3, 11), f"{platform.python_version()}; 3.11 or newer is needed")
 
 
-def _cores(settings: ServiceSettings) -> Finding:
+def _cores(settings: ServiceSettings) -> Check:
     cores = os.cpu_count() or 1
-    return Finding("cores", settings.workers <= cores, f"{cores} for {settings.workers} workers")
+    return Check("cores", settings.workers <= cores, f"{cores} for {settings.workers} workers")
 
 
-def _data_directory(settings: ServiceSettings) -> Finding:
+def _data_directory(settings: ServiceSettings) -> Check:
     storage = Storage(settings.data_dir.absolute())
     try:
         with storage.lock():
@@ -70,22 +70,22 @@ def _data_directory(settings: ServiceSettings) -> Finding:
                 staged.write_text("This can be written.")
             (storage.root / "doctor.txt").unlink()
     except DataDirectoryInUse:
-        return Finding("data directory", True, f"{storage.root}, in use by a running service")
+        return Check("data directory", True, f"{storage.root}, in use by a running service")
     except OSError as error:
-        return Finding("data directory", False, f"{storage.root} cannot be written: {error.strerror}")
-    return Finding("data directory", True, f"{storage.root} can be written")
+        return Check("data directory", False, f"{storage.root} cannot be written: {error.strerror}")
+    return Check("data directory", True, f"{storage.root} can be written")
 
 
-def _disk(settings: ServiceSettings) -> Finding:
+def _disk(settings: ServiceSettings) -> Check:
     free = shutil.disk_usage(settings.data_dir).free
-    return Finding("free disk", free >= _MIN_DISK, f"{free >> 20} MiB; at least {_MIN_DISK >> 20} MiB are wanted")
+    return Check("free disk", free >= _MIN_DISK, f"{free >> 20} MiB; at least {_MIN_DISK >> 20} MiB are wanted")
 
 
-def _database(settings: ServiceSettings) -> Finding:
+def _database(settings: ServiceSettings) -> Check:
     try:
         database = Database(database_url(settings.database_url, Storage(settings.data_dir).database))
     except StorageUnavailable as error:
-        return Finding("database", False, str(error))
+        return Check("database", False, str(error))
     try:
         version = schema_version(database.engine)
         fault = None
@@ -94,40 +94,40 @@ def _database(settings: ServiceSettings) -> Finding:
                 answer = connection.execute(sa.text("PRAGMA quick_check(1)")).scalar()
                 fault = None if answer == "ok" else answer
         name = f"{database.engine.dialect.name}, tables of version {version}"
-        return Finding("database", fault is None and version == HEAD, f"{name}; {fault}" if fault else name)
+        return Check("database", fault is None and version == HEAD, f"{name}; {fault}" if fault else name)
     finally:
         database.close()
 
 
-def _keys(settings: ServiceSettings) -> Finding:
+def _keys(settings: ServiceSettings) -> Check:
     database = Database(database_url(settings.database_url, Storage(settings.data_dir).database))
     try:
         store = KeyStore(database)
         active = sum(row.revoked_at is None for row in asyncio.run(store.all()))
         asyncio.run(refuse_exposure(settings, store))
     except Exposed as error:
-        return Finding("API keys", False, str(error))
+        return Check("API keys", False, str(error))
     finally:
         database.close()
-    return Finding("API keys", True, f"{active} active, listening on {settings.host}")
+    return Check("API keys", True, f"{active} active, listening on {settings.host}")
 
 
-def _port(settings: ServiceSettings) -> Finding:
+def _port(settings: ServiceSettings) -> Check:
     family = socket.AF_INET6 if ":" in settings.host else socket.AF_INET
     with socket.socket(family) as probe:
         probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
             probe.bind((settings.host, settings.port))
         except OSError as error:
-            return Finding("port", False, f"{settings.host}:{settings.port}: {error.strerror}")
-    return Finding("port", True, f"{settings.host}:{settings.port} is free")
+            return Check("port", False, f"{settings.host}:{settings.port}: {error.strerror}")
+    return Check("port", True, f"{settings.host}:{settings.port} is free")
 
 
-def _planner(_settings: ServiceSettings) -> Finding:
+def _planner(_settings: ServiceSettings) -> Check:
     # Imported here, because it loads the numeric stack.
     from fingersplit.cli.warming import kernels_are_compiled
     from fingersplit.hands.hand import available_hands, load_hand
 
     hands = [load_hand(name).name for name in available_hands()]
     compiled = "compiled" if kernels_are_compiled() else "to be compiled, which `fingersplit warm` does"
-    return Finding("planner", bool(hands), f"hands: {', '.join(hands)}; kernels {compiled}")
+    return Check("planner", bool(hands), f"hands: {', '.join(hands)}; kernels {compiled}")

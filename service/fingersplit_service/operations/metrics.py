@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING
 from prometheus_client import CONTENT_TYPE_LATEST, CollectorRegistry, Counter, Gauge, Histogram, generate_latest
 
 if TYPE_CHECKING:
-    from fingersplit_service.jobs.engine import Engine
-    from fingersplit_service.jobs.planning import JobOutcome
+    from fingersplit_service.jobs.outcome import JobOutcome
+    from fingersplit_service.jobs.worker_pool import WorkerPool
 
 __all__ = ["METRICS_TYPE", "Metrics"]
 
@@ -51,7 +51,12 @@ class Metrics:
         )
         self._jobs = Gauge("fingersplit_jobs", "Jobs that have not ended.", ["state"], registry=registry)
         self._workers = Gauge("fingersplit_workers", "Worker processes.", ["state"], registry=registry)
-        self._restarts = Gauge("fingersplit_worker_restarts", "Worker processes that were replaced.", registry=registry)
+        self._restarts = Gauge(
+            "fingersplit_worker_restarts",
+            "Worker processes that were replaced, by reason.",
+            ["reason"],
+            registry=registry,
+        )
 
     def observe_result(self, outcome: "JobOutcome") -> None:
         """Count what a job's result tells: its stages and its simulations."""
@@ -60,12 +65,13 @@ class Metrics:
         for held in outcome.simulated:
             self.verifications.labels("held" if held else "failed").inc()
 
-    def expose(self, engine: "Engine", jobs: dict[str, int]) -> bytes:
+    def expose(self, pool: "WorkerPool", jobs: dict[str, int]) -> bytes:
         """The text that Prometheus reads; the numbers of jobs and workers are those of now."""
         for state, count in jobs.items():
             self._jobs.labels(state).set(count)
-        self._workers.labels("warm").set(engine.warm_workers)
-        self._workers.labels("spare").set(engine.spare_workers)
-        self._workers.labels("busy").set(engine.busy_workers)
-        self._restarts.set(engine.restarts)
+        self._workers.labels("warm").set(pool.warm_workers)
+        self._workers.labels("spare").set(pool.spare_workers)
+        self._workers.labels("busy").set(pool.busy_workers)
+        for reason, count in pool.restarts.items():
+            self._restarts.labels(reason).set(count)
         return generate_latest(self.registry)

@@ -1,11 +1,10 @@
-"""Deletes what nobody needs any more: old jobs, their files, and forgotten objects."""
+"""Deletes what is not needed any more: old jobs, their files, unused objects, and files without rows."""
 
 import asyncio
 import logging
 import time
 from typing import NoReturn
 
-from fingersplit_service.database.connection import StorageUnavailable
 from fingersplit_service.database.jobs import JobStore
 from fingersplit_service.database.objects import ObjectStore
 from fingersplit_service.settings import ServiceSettings
@@ -14,7 +13,7 @@ from fingersplit_service.storage import Storage
 __all__ = ["Retention"]
 
 _log = logging.getLogger(__name__)
-_INTERVAL = 3_600.0  # between rounds [s]
+_INTERVAL = 3_600.0  # between rounds at most [s]
 _AT_ONCE = 500  # deleted in one transaction, so that jobs do not wait for it
 
 
@@ -32,13 +31,14 @@ class Retention:
         self._jobs, self._objects, self._storage, self._settings = jobs, objects, storage, settings
 
     async def run(self) -> NoReturn:
-        """A round at once and then every hour."""
+        """A round at once, and then again and again."""
         while True:
             try:
                 await self.sweep(time.time())
-            except (StorageUnavailable, OSError):
+                await self.sweep_orphans(time.time())
+            except Exception:
                 _log.exception("Old data could not be deleted.")
-            await asyncio.sleep(_INTERVAL)
+            await asyncio.sleep(min(_INTERVAL, self._settings.keep_orphans_s))
 
     async def sweep(self, now: float) -> None:
         """Delete what is too old at ``now`` [s since 1970], and the oldest jobs' files where all take too much."""
@@ -50,6 +50,19 @@ class Retention:
         for folder in await asyncio.to_thread(self._storage.job_folders_beyond, self._settings.keep_recordings_bytes):
             await asyncio.to_thread(self._storage.remove_job, folder)
         for owner, object_id in await self._objects.unused_since(now - self._settings.keep_objects_s, _AT_ONCE):
-            removal = await self._objects.remove(owner, object_id)
-            if removal.last:
+            await self._objects.remove(owner, object_id)
+
+    async def sweep_orphans(self, now: float) -> None:
+        """Delete files that nothing in the tables names, once they are older than the grace time.
+
+        No request deletes an object's file: another owner may be uploading the same one at that moment. An upload
+        renews the file's time before its row is written, and looks for the file afterwards.
+        """
+        before = now - self._settings.keep_orphans_s
+        objects = await asyncio.to_thread(self._storage.objects_before, before)
+        for object_id in await self._objects.without_rows(objects):
+            if object_id in await asyncio.to_thread(self._storage.objects_before, before):
                 await asyncio.to_thread(self._storage.remove_object, object_id)
+        folders = await asyncio.to_thread(self._storage.job_folders_before, before)
+        for job_id in await self._jobs.without_rows(folders):
+            await asyncio.to_thread(self._storage.remove_job, job_id)

@@ -9,8 +9,7 @@ from typing import Annotated
 
 from fastapi import APIRouter, Header, Response
 
-from fingersplit_service.openapi import problem_answers
-from fingersplit_service.problems import ProblemError, ProblemKind
+from fingersplit_service.problems import ProblemError, ProblemKind, problem_answers
 
 __all__ = ["router"]
 

@@ -4,11 +4,9 @@ from typing import Annotated, Literal
 
 from fastapi import APIRouter, Path, Query, Response
 
-from fingersplit.errors import ExchangeError
-from fingersplit_service.endpoints.documents import JobId, known_job
-from fingersplit_service.openapi import problem_answers
-from fingersplit_service.problems import ProblemError, ProblemKind
-from fingersplit_service.runtime import RuntimeDependency
+from fingersplit_service.dependencies import Results
+from fingersplit_service.endpoints.documents import JobId
+from fingersplit_service.problems import ProblemKind, problem_answers
 from fingersplit_service.security.access import Reader
 
 __all__ = ["FormatName", "router"]
@@ -27,22 +25,13 @@ router = APIRouter(tags=["jobs"])
     ),
 )
 async def export_job(
-    runtime: RuntimeDependency,
+    results: Results,
     principal: Reader,
     job_id: JobId,
     format_name: Annotated[FormatName, Path(description="The format.")],
     rank: Annotated[int | None, Query(ge=1, description="Only this grasp; null for all feasible ones.")] = None,
 ) -> Response:
     """The feasible grasps, best first, or one grasp, feasible or not."""
-    row, result = await known_job(runtime, principal, job_id)
-    if not row.ended:
-        raise ProblemError(ProblemKind.NOT_FINISHED, f"Job {job_id} is {row.state}; exports come with its result.")
-    if result is None:
-        raise ProblemError(ProblemKind.NOT_FOUND, f"Job {job_id} has no result.")
-    deadline = runtime.settings.picture_deadline_s
-    try:
-        file = await runtime.engine.answer(runtime.tasks.convert, result, format_name, rank, deadline_s=deadline)
-    except ExchangeError as error:
-        raise ProblemError(ProblemKind.INVALID_REQUEST, str(error), field="/format_name") from error
+    file = await results.export(principal.owner, job_id, format_name, rank)
     headers = {"Content-Disposition": f'attachment; filename="{job_id}-{format_name}{file.suffix}"'}
     return Response(file.content, headers=headers, media_type=file.media_type)

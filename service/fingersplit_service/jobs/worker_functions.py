@@ -1,4 +1,4 @@
-"""What worker processes do: look at an upload, find parallel grasps, plan, draw.
+"""What worker processes do: inspect an upload, find parallel grasps, plan, render.
 
 The planner is imported inside the functions, so that only workers load it: the service process stays small
 and starts fast. What goes in and comes out is plain and small; meshes and traces travel as files.
@@ -11,26 +11,18 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from fingersplit_service.jobs.planning import JobOrder, JobOutcome, plan_job, record_job
+from fingersplit_client.schemas import ParallelGraspsGenerate, Unit
+from fingersplit_service.jobs.outcome import JobOutcome
+from fingersplit_service.jobs.planning import PlanTask, plan_job
+from fingersplit_service.jobs.rendering import ExportedFile, RenderTask, convert_result, render_view
 from fingersplit_service.jobs.stored_objects import convex_pieces, keep_object, prepared_object
-from fingersplit_service.jobs.views import DrawTask, ExportedFile, convert_result, draw_view
 from fingersplit_service.storage import Storage
 
 __all__ = [
-    "ConvertTask",
-    "DecomposeTask",
-    "DrawTask",
-    "ExportTask",
-    "GenerateTask",
     "GraspFile",
-    "ImportTask",
-    "InspectTask",
-    "PlanTask",
-    "RecordTask",
-    "Tasks",
     "Upload",
-    "WarmTask",
-    "Warmth",
+    "WarmUpReport",
+    "WorkerFunctions",
     "decompose_object",
     "export_mesh",
     "generate_parallel_grasps",
@@ -43,8 +35,8 @@ _MAX_GRASPS = 1024  # of one set
 
 
 @dataclass(frozen=True)
-class Warmth:
-    """What a warm worker says: the documents of the hands, and whether it had to compile kernels."""
+class WarmUpReport:
+    """What a warm worker knows: the documents of the hands, and whether it had to compile kernels."""
 
     hands: list[dict[str, Any]]
     compiled: bool = False
@@ -63,7 +55,7 @@ class Upload:
     """
 
     path: Path
-    unit: str
+    unit: Unit
     options: dict[str, Any]
     viewpoint: tuple[float, float, float] | None = None
     scale: float = 1.0
@@ -78,7 +70,7 @@ class GraspFile:
     format: str | None
 
 
-def warm() -> Warmth:
+def warm() -> WarmUpReport:
     """Load the planner and all hands, and plan once so that the kernels are compiled."""
     from fingersplit.cli.warming import compile_kernels
     from fingersplit.hands.hand import available_hands, load_hand
@@ -87,7 +79,7 @@ def warm() -> Warmth:
     for hand in hands:
         compile_kernels(hand)
     gc.freeze()  # going through all that was loaded would take 0.2 s, in the middle of a job
-    return Warmth([hand.to_document() for hand in hands], _has_compiled())
+    return WarmUpReport([hand.to_document() for hand in hands], _has_compiled())
 
 
 def _has_compiled() -> bool:
@@ -134,8 +126,8 @@ def decompose_object(storage: Storage, object_id: str) -> None:
         storage.remove_object(object_id)
 
 
-def generate_parallel_grasps(storage: Storage, object_id: str, asked: dict[str, Any]) -> list[dict[str, Any]]:
-    """Find parallel grasps of an object that fit a hand's opening, as a ``ParallelGraspsGenerate`` document says."""
+def generate_parallel_grasps(storage: Storage, object_id: str, request: ParallelGraspsGenerate) -> list[dict[str, Any]]:
+    """Find parallel grasps of an object that fit a hand's opening."""
     import numpy as np
 
     from fingersplit.contacts.friction import planned_friction
@@ -145,11 +137,11 @@ def generate_parallel_grasps(storage: Storage, object_id: str, asked: dict[str, 
     model = prepared_object(storage, object_id, object_id)
     grasps = find_parallel_grasps(
         model,
-        2 * asked["count"],  # a pair is two starts, one for either assignment of the fingers
-        source=asked["source"],
-        friction=planned_friction(asked["friction"], model.options.friction),
-        opening=load_hand(asked["hand"]).gripper.opening,
-        rng=np.random.default_rng(asked["seed"]),
+        2 * request.count,  # a pair is two starts, one for either assignment of the fingers
+        source=request.source,
+        friction=planned_friction(request.friction, model.options.friction),
+        opening=load_hand(request.hand).gripper.opening,
+        rng=np.random.default_rng(request.seed),
     )
     return [grasp.to_document() for grasp in grasps]
 
@@ -183,28 +175,16 @@ def export_mesh(storage: Storage, object_id: str, file_type: str) -> None:
         prepared_object(storage, object_id, object_id).mesh.trimesh.export(staged, file_type=file_type)
 
 
-WarmTask = Callable[[], Warmth]
-InspectTask = Callable[[Storage, Upload], dict[str, Any]]
-DecomposeTask = Callable[[Storage, str], None]
-ImportTask = Callable[[Storage, str, str, GraspFile], tuple[list[dict[str, Any]], str]]
-GenerateTask = Callable[[Storage, str, dict[str, Any]], list[dict[str, Any]]]
-PlanTask = Callable[[Storage, JobOrder], JobOutcome]
-RecordTask = Callable[[Storage, str], list[str]]
-ConvertTask = Callable[[str, str, int | None], ExportedFile]
-ExportTask = Callable[[Storage, str, str], None]
-
-
 @dataclass(frozen=True)
-class Tasks:
-    """The functions that workers run."""
+class WorkerFunctions:
+    """The functions that workers run; a test may put others in their place."""
 
-    warm: WarmTask = warm
-    inspect: InspectTask = inspect_object
-    decompose: DecomposeTask = decompose_object
-    generate: GenerateTask = generate_parallel_grasps
-    import_grasps: ImportTask = import_grasps
-    plan: PlanTask = plan_job
-    record: RecordTask = record_job
-    draw: DrawTask = draw_view
-    export: ExportTask = export_mesh
-    convert: ConvertTask = convert_result
+    warm: Callable[[], WarmUpReport] = warm
+    inspect: Callable[[Storage, Upload], dict[str, Any]] = inspect_object
+    decompose: Callable[[Storage, str], None] = decompose_object
+    generate: Callable[[Storage, str, ParallelGraspsGenerate], list[dict[str, Any]]] = generate_parallel_grasps
+    import_grasps: Callable[[Storage, str, str, GraspFile], tuple[list[dict[str, Any]], str]] = import_grasps
+    plan: Callable[[Storage, PlanTask], JobOutcome] = plan_job
+    render: Callable[[Storage, RenderTask], None] = render_view
+    export: Callable[[Storage, str, str], None] = export_mesh
+    convert: Callable[[str, str, int | None], ExportedFile] = convert_result

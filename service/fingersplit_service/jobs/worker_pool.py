@@ -1,62 +1,54 @@
-"""Warm worker processes for whoever needs one: slots that refill, and a queue for the free ones."""
+"""Warm worker processes: slots whose processes are replaced when they die, and fair turns for the free ones."""
 
 import asyncio
-import heapq
-import itertools
 import logging
 from collections import OrderedDict, deque
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
-from enum import IntEnum
 from typing import Any, TypeVar
 
 from fingersplit_service.jobs.slot import DeadlineExceeded, ReportHandler, WorkerDied, WorkerSlot
-from fingersplit_service.jobs.tasks import Warmth
-from fingersplit_service.jobs.worker import execute_behind
+from fingersplit_service.jobs.turns import JOBS, Turns
+from fingersplit_service.jobs.worker import run_niced
+from fingersplit_service.jobs.worker_functions import WarmUpReport
 
-__all__ = ["DeadlineExceeded", "Engine", "Priority", "ReportHandler", "Turn", "WorkerDied"]
+__all__ = ["DeadlineExceeded", "ReportHandler", "WorkerDied", "WorkerLease", "WorkerPool"]
 
 Returned = TypeVar("Returned")
 
 _log = logging.getLogger(__name__)
-_LONGEST_PAUSE = 30.0  # between attempts to start a worker [s]
+_MAX_PAUSE = 30.0  # between attempts to start a worker [s]
 _REMEMBERED_OBJECTS = 8  # that a worker is taken to have ready
-_NICE_IDLING = 19  # work in advance takes what nobody else wants
+_NICE_IDLE_WORK = 19  # work in advance takes what nothing else wants
 _NICE_STARTING = 10  # a worker that starts while others work gets at least a tenth of a core
 _MAX_IDLE_WORK = 200  # that waits; older work is forgotten
+_WATCH_INTERVAL = 1.0  # between looks for stopped processes [s]
 
 
-class Priority(IntEnum):
-    """Who gets the next free worker: someone waiting for an answer comes before the queue of jobs."""
-
-    ANSWER = 0
-    JOB = 1
-
-
-class Turn:
+class WorkerLease:
     """The right to use one worker for a while.
 
     Attributes:
         worker: The worker.
     """
 
-    def __init__(self, engine: "Engine", worker: WorkerSlot) -> None:
-        self._engine, self.worker = engine, worker
+    def __init__(self, pool: "WorkerPool", worker: WorkerSlot) -> None:
+        self._pool, self.worker = pool, worker
         self._process = worker.processes
 
     def prefer(self, object_id: str) -> None:
         """Exchange the worker for a free one that has worked on the same object, if there is one."""
-        self.worker = self._engine.exchange(self.worker, object_id)
+        self.worker = self._pool.exchange(self.worker, object_id)
         self._process = self.worker.processes
 
     def end(self) -> None:
-        """Give the worker back; one that was killed or replaced meanwhile comes back through its keeper."""
+        """Give the worker back; one that was killed or replaced meanwhile comes back through its supervisor."""
         if self.worker.processes == self._process and self.worker.usable:
-            self._engine.put_back(self.worker)
-        self._engine.serve_next()
+            self._pool.put_back(self.worker)
+        self._pool.serve_next()
 
 
-class Engine:
+class WorkerPool:
     """A fixed number of warm worker processes that work at once, and spare ones that take over when one dies.
 
     Args:
@@ -66,10 +58,11 @@ class Engine:
         recycle_bytes: A worker that has grown beyond this is replaced when it is free.
         warm: Runs first in each new process.
         warm_deadline_s: Its longest time [s].
+        silence_s: A process that the system reports as stopped for so long is killed [s].
 
     Attributes:
-        warmth: What ``warm`` returned last; None until the first worker is warm.
-        restarts: How many processes had to be replaced.
+        warm_up: What ``warm`` returned last; None until the first worker is warm.
+        restarts: How many processes had to be replaced, by reason.
     """
 
     def __init__(
@@ -79,24 +72,24 @@ class Engine:
         spares: int = 0,
         memory_bytes: int,
         recycle_bytes: int,
-        warm: Callable[[], Warmth],
+        warm: Callable[[], WarmUpReport],
         warm_deadline_s: float,
+        silence_s: float = 5.0,
     ) -> None:
-        self.warmth: Warmth | None = None
-        self.restarts = 0
+        self.warm_up: WarmUpReport | None = None
+        self.restarts = {"died": 0, "killed": 0, "grown": 0, "stopped": 0}
         self._warm, self._warm_deadline_s, self._recycle_bytes = warm, warm_deadline_s, recycle_bytes
-        self._workers = workers
+        self._workers, self._silence_s = workers, silence_s
         self._slots = [WorkerSlot(memory_bytes) for _ in range(workers + spares)]
         self._free: list[WorkerSlot] = []
         self._objects: dict[WorkerSlot, OrderedDict[str, None]] = {slot: OrderedDict() for slot in self._slots}
         self._active = 0
-        self._waiting: list[tuple[Priority, int, asyncio.Future[WorkerSlot]]] = []
-        self._order = itertools.count()
+        self._turns = Turns[WorkerSlot]()
         self._warm_slots: set[WorkerSlot] = set()
         self._was_warm = asyncio.Event()  # once as many were warm as work at once
-        self._keepers: list[asyncio.Task[None]] = []
+        self._supervisors: list[asyncio.Task[None]] = []
         self._idle_work = deque[tuple[Callable[..., Any], tuple[Any, ...], float]](maxlen=_MAX_IDLE_WORK)
-        self._idlers: set[asyncio.Task[None]] = set()
+        self._idle_tasks: set[asyncio.Task[None]] = set()
 
     @property
     def ready(self) -> bool:
@@ -119,13 +112,16 @@ class Engine:
         return self._active
 
     def start(self) -> None:
-        """Begin to fill the slots, the spare ones once the others are warm."""
-        self._keepers = [asyncio.create_task(self._keep(place, slot)) for place, slot in enumerate(self._slots)]
+        """Begin to start the processes, the spare ones once the others are warm."""
+        self._supervisors = [
+            asyncio.create_task(self._supervise(place, slot)) for place, slot in enumerate(self._slots)
+        ]
+        self._supervisors.append(asyncio.create_task(self._kill_stopped()))
 
     async def stop_refilling(self) -> None:
         """Start no more workers, and end what nobody waits for."""
         self._idle_work.clear()
-        ending = [*self._keepers, *self._idlers]
+        ending = [*self._supervisors, *self._idle_tasks]
         for task in ending:
             task.cancel()
         await asyncio.gather(*ending, return_exceptions=True)
@@ -136,23 +132,32 @@ class Engine:
         await asyncio.gather(*(slot.discard() for slot in self._slots))
 
     @asynccontextmanager
-    async def worker(self, priority: Priority) -> AsyncIterator[Turn]:
-        """Have a free worker for oneself; waits for one."""
-        turn = Turn(self, await self._take(priority))
+    async def worker(self, client: str = JOBS) -> AsyncIterator[WorkerLease]:
+        """Have a free worker for oneself; waits for one.
+
+        Args:
+            client: The owner that waits for an answer; by default the queue of jobs, which is fair itself.
+        """
+        lease = WorkerLease(self, await self._take(client))
         try:
-            yield turn
+            yield lease
         finally:
             self._active -= 1
-            turn.end()
+            lease.end()
 
     async def answer(
-        self, function: Callable[..., Returned], *arguments: Any, deadline_s: float, object_id: str | None = None
+        self,
+        owner: str,
+        function: Callable[..., Returned],
+        *arguments: Any,
+        deadline_s: float,
+        object_id: str | None = None,
     ) -> Returned:
-        """Run what somebody waits for in the next free worker; arguments and errors as `WorkerSlot.run`."""
-        async with self.worker(Priority.ANSWER) as turn:
+        """Run what an owner waits for in the next free worker; arguments and errors as `WorkerSlot.run`."""
+        async with self.worker(owner) as lease:
             if object_id is not None:
-                turn.prefer(object_id)
-            return await turn.worker.run(function, *arguments, deadline_s=deadline_s)
+                lease.prefer(object_id)
+            return await lease.worker.run(function, *arguments, deadline_s=deadline_s)
 
     def run_idly(self, function: Callable[..., Any], *arguments: Any, deadline_s: float) -> None:
         """Have something done that nobody waits for, such as work in advance; it may also never be done.
@@ -182,35 +187,37 @@ class Engine:
         """Make a worker free again, unless it has grown too large."""
         if slot.resident_bytes > self._recycle_bytes:
             _log.warning("A worker process has grown to %d MiB; replacing it.", slot.resident_bytes >> 20)
-            slot.kill()
+            slot.kill("grown")
             return
         self._free.append(slot)
 
     def serve_next(self) -> None:
         """Give free workers to those who wait, as many as may work at once, and idle work to the spare ones."""
-        while self._waiting and self._free and self._active < self._workers:
-            _, _, turn = heapq.heappop(self._waiting)
-            if not turn.done():
-                self._active += 1
-                turn.set_result(self._free.pop())
+        while self._free and self._active < self._workers:
+            waiting = self._turns.next()
+            if waiting is None:
+                break
+            self._active += 1
+            waiting.set_result(self._free.pop())
         while self._idle_work and len(self._free) > self._workers - self._active:
             # The one that has been free longest: the others may have a job's object ready.
-            idler = asyncio.create_task(self._idle(Turn(self, self._free.pop(0)), *self._idle_work.pop()))
-            self._idlers.add(idler)
-            idler.add_done_callback(self._idlers.discard)
+            lease = WorkerLease(self, self._free.pop(0))
+            task = asyncio.create_task(self._run_idle_work(lease, *self._idle_work.pop()))
+            self._idle_tasks.add(task)
+            task.add_done_callback(self._idle_tasks.discard)
 
-    async def _idle(
-        self, turn: Turn, function: Callable[..., Any], arguments: tuple[Any, ...], deadline_s: float
+    async def _run_idle_work(
+        self, lease: WorkerLease, function: Callable[..., Any], arguments: tuple[Any, ...], deadline_s: float
     ) -> None:
         try:
-            await turn.worker.run(execute_behind, _NICE_IDLING, function, *arguments, deadline_s=deadline_s)
+            await lease.worker.run(run_niced, _NICE_IDLE_WORK, function, *arguments, deadline_s=deadline_s)
         except Exception as error:
             _log.warning("%s was given up: %r", function.__name__, error)
         finally:
-            turn.end()
+            lease.end()
 
-    async def _keep(self, place: int, slot: WorkerSlot) -> None:
-        """Fill one slot, again and again as its processes die."""
+    async def _supervise(self, place: int, slot: WorkerSlot) -> None:
+        """Keep a process in one slot, again and again as its processes die."""
         if place >= self._workers:
             await self._was_warm.wait()
         pause = 1.0
@@ -218,42 +225,55 @@ class Engine:
             try:
                 slot.start()
                 niceness = _NICE_STARTING if self._warm_slots else 0
-                warmth = await slot.run(execute_behind, niceness, self._warm, deadline_s=self._warm_deadline_s)
+                report = await slot.run(run_niced, niceness, self._warm, deadline_s=self._warm_deadline_s)
             except Exception:
                 _log.exception("A worker process did not start; next attempt in %g s.", pause)
                 await slot.discard()
                 await asyncio.sleep(pause)
-                pause = min(2 * pause, _LONGEST_PAUSE)
+                pause = min(2 * pause, _MAX_PAUSE)
                 continue
             pause = 1.0
-            self.warmth = warmth
-            if warmth.compiled:  # the compiler's memory stays with the process: a fresh one only loads
+            self.warm_up = report
+            if report.compiled:  # the compiler's memory stays with the process: a fresh one only loads
                 await slot.discard()
                 continue
-            self._arrive(slot)
+            self._add_warm(slot)
             await slot.death()
-            self.restarts += 1
-            _log.warning("A worker process ended; starting another.")
+            reason = slot.end_reason
+            self.restarts[reason] += 1
+            _log.warning("A worker process ended (%s); starting another.", reason)
             self._warm_slots.discard(slot)
             self._free = [other for other in self._free if other is not slot]
             self._objects[slot].clear()
             await slot.discard()
 
-    def _arrive(self, slot: WorkerSlot) -> None:
+    async def _kill_stopped(self) -> None:
+        """Kill processes that the system has stopped: they would never answer, and their jobs can run elsewhere."""
+        since: dict[WorkerSlot, float] = {}
+        loop = asyncio.get_running_loop()
+        while True:
+            await asyncio.sleep(min(_WATCH_INTERVAL, self._silence_s / 3))
+            stopped = {slot for slot in self._slots if slot.is_stopped}
+            since = {slot: since.get(slot, loop.time()) for slot in stopped}
+            for slot, moment in since.items():
+                if loop.time() - moment >= self._silence_s:
+                    _log.warning("A worker process has been stopped for %g s; replacing it.", self._silence_s)
+                    slot.kill("stopped")
+
+    def _add_warm(self, slot: WorkerSlot) -> None:
         self._warm_slots.add(slot)
         if len(self._warm_slots) >= self._workers:
             self._was_warm.set()
         self._free.append(slot)
         self.serve_next()
 
-    async def _take(self, priority: Priority) -> WorkerSlot:
-        turn: asyncio.Future[WorkerSlot] = asyncio.get_running_loop().create_future()
-        heapq.heappush(self._waiting, (priority, next(self._order), turn))
+    async def _take(self, client: str) -> WorkerSlot:
+        waiting = self._turns.wait(client)
         self.serve_next()
         try:
-            return await turn
+            return await waiting
         except asyncio.CancelledError:
-            if turn.done() and not turn.cancelled():
+            if waiting.done() and not waiting.cancelled():
                 self._active -= 1
-                Turn(self, turn.result()).end()
+                WorkerLease(self, waiting.result()).end()
             raise

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from fingersplit_client.schemas import JobState
 from fingersplit_service.database.rows import JobRow
 
-__all__ = ["Change", "Progress", "Watch", "Watcher"]
+__all__ = ["Change", "Notifier", "Progress", "Subscription"]
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class Change:
         state: The state it has now.
         time: When, in seconds since 1970, UTC; a job's changes are in the order of their times.
         progress: How far it is, where that is the news.
-        outcome: The job and its result document, where whoever tells has them; else they stand in the table.
+        outcome: The job and its result document, where the publisher has them; else they stand in the table.
     """
 
     state: JobState
@@ -43,21 +43,21 @@ class Change:
         return self.state not in ("queued", "running")
 
 
-class Watcher:
-    """The changes of one job from the moment on at which the watcher was made."""
+class Subscription:
+    """The changes of one job from the moment on at which the subscription was made."""
 
     def __init__(self) -> None:
-        self._news: asyncio.Queue[Change | None] = asyncio.Queue()
+        self._changes: asyncio.Queue[Change | None] = asyncio.Queue()
 
-    def tell(self, change: Change | None) -> None:
-        """Add a change; None ends the watch."""
-        self._news.put_nowait(change)
+    def put(self, change: Change | None) -> None:
+        """Add a change; None ends the subscription."""
+        self._changes.put_nowait(change)
 
     async def changes(self, pause: float) -> AsyncIterator[Change | None]:
         """Every change until the last one; None whenever ``pause`` seconds went by without one."""
         while True:
             try:
-                change = await asyncio.wait_for(self._news.get(), pause)
+                change = await asyncio.wait_for(self._changes.get(), pause)
             except TimeoutError:
                 yield None
                 continue
@@ -71,7 +71,7 @@ class Watcher:
         """The change that ends the job; None when ``seconds`` are over before or the service stops."""
         try:
             async with asyncio.timeout(seconds):
-                while (change := await self._news.get()) is not None:
+                while (change := await self._changes.get()) is not None:
                     if change.ended:
                         return change
         except TimeoutError:
@@ -79,37 +79,37 @@ class Watcher:
         return None
 
 
-class Watch:
-    """All watchers, and the progress of running jobs, which no table has."""
+class Notifier:
+    """All subscriptions of this process, and the progress of running jobs, which no table has."""
 
     def __init__(self) -> None:
-        self._watchers: defaultdict[str, set[Watcher]] = defaultdict(set)
+        self._subscriptions: defaultdict[str, set[Subscription]] = defaultdict(set)
         self._latest: dict[str, Change] = {}
         self._closed = False
 
     @contextmanager
-    def watcher(self, job_id: str) -> Iterator[Watcher]:
-        """Watch a job; begin before reading its state, and no change is missed."""
-        watcher = Watcher()
+    def subscribe(self, job_id: str) -> Iterator[Subscription]:
+        """Follow a job; begin before reading its state, and no change is missed."""
+        subscription = Subscription()
         if self._closed:
-            watcher.tell(None)
-        self._watchers[job_id].add(watcher)
+            subscription.put(None)
+        self._subscriptions[job_id].add(subscription)
         try:
-            yield watcher
+            yield subscription
         finally:
-            watchers = self._watchers[job_id]
-            watchers.discard(watcher)
-            if not watchers:
-                del self._watchers[job_id]
+            subscriptions = self._subscriptions[job_id]
+            subscriptions.discard(subscription)
+            if not subscriptions:
+                del self._subscriptions[job_id]
 
-    def tell(
+    def publish(
         self,
         job_id: str,
         state: JobState,
         progress: Progress | None = None,
         outcome: tuple[JobRow, str] | None = None,
     ) -> None:
-        """Say what happened to a job; arguments as in `Change`."""
+        """Tell subscribers what happened to a job; arguments as in `Change`."""
         change = Change(state, time.time(), progress, outcome)
         before = self._latest.get(job_id)
         if before is not None and change.time <= before.time:  # clocks are coarse, and are set back
@@ -118,16 +118,20 @@ class Watch:
             self._latest[job_id] = change
         else:
             self._latest.pop(job_id, None)
-        for watcher in self._watchers.get(job_id, ()):
-            watcher.tell(change)
+        for subscription in self._subscriptions.get(job_id, ()):
+            subscription.put(change)
 
     def latest(self, job_id: str) -> Change | None:
         """The last change of a job that runs here."""
         return self._latest.get(job_id)
 
+    def subscribers(self, job_id: str) -> int:
+        """How many follow a job."""
+        return len(self._subscriptions.get(job_id, ()))
+
     def close(self) -> None:
-        """Let everybody go: the service stops."""
+        """End all subscriptions: the service stops."""
         self._closed = True
-        for watchers in self._watchers.values():
-            for watcher in watchers:
-                watcher.tell(None)
+        for subscriptions in self._subscriptions.values():
+            for subscription in subscriptions:
+                subscription.put(None)

@@ -1,0 +1,265 @@
+"""Objects as the endpoints see them: keep an upload, find parallel grasps, export, delete."""
+
+from collections.abc import Callable
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any, Literal, TypeVar
+from uuid import uuid4
+
+from pydantic import TypeAdapter
+
+from fingersplit.errors import FingersplitError, ObjectFileError, ParallelGraspError
+from fingersplit_client.schemas import (
+    ObjectInfo,
+    ParallelGrasp,
+    ParallelGraspSet,
+    ParallelGraspSetInfo,
+    ParallelGraspsGenerate,
+)
+from fingersplit_service.database.objects import ObjectStore, StoredObject
+from fingersplit_service.jobs.errors import InvalidField, InvalidFile, NotFound, ObjectInUse, ResourceGone
+from fingersplit_service.jobs.hand_catalog import HandCatalog
+from fingersplit_service.jobs.job_requests import check_grasps, check_hand
+from fingersplit_service.jobs.worker_functions import GraspFile, Upload, WorkerFunctions
+from fingersplit_service.jobs.worker_pool import DeadlineExceeded, WorkerDied, WorkerPool
+from fingersplit_service.settings import ServiceSettings
+from fingersplit_service.storage import Storage
+
+__all__ = ["ObjectService"]
+
+Returned = TypeVar("Returned")
+_GRASPS = TypeAdapter(list[ParallelGrasp])
+_CLAIMS = 3  # attempts to keep an upload whose file clean-up removes at the same moment
+
+
+class ObjectService:
+    """What can be done with objects and their parallel grasps; every method acts for one owner.
+
+    Args:
+        objects: The table.
+        storage: Their files.
+        pool: The workers that read files.
+        functions: What workers run.
+        hands: The hands that are known.
+        settings: Deadlines.
+    """
+
+    def __init__(
+        self,
+        objects: ObjectStore,
+        storage: Storage,
+        pool: WorkerPool,
+        functions: WorkerFunctions,
+        hands: HandCatalog,
+        settings: ServiceSettings,
+    ) -> None:
+        self._objects, self._storage, self._pool = objects, storage, pool
+        self._functions, self._hands, self._settings = functions, hands, settings
+
+    async def add(self, owner: str, name: str, upload: Upload) -> tuple[ObjectInfo, bool]:
+        """Check an uploaded file and keep what is in it; the object, and whether the owner had it not yet.
+
+        Raises:
+            InvalidField: An option does not fit the file.
+            InvalidFile: It holds no graspable object.
+        """
+        for _ in range(_CLAIMS):
+            found = await self._inspect(owner, upload)
+            info = ObjectInfo(name=name, unit=upload.unit, created_at=datetime.now(UTC), **found)
+            fresh = await self._objects.add(owner, info)
+            if self._storage.shape(info.id).exists():
+                break
+        else:
+            raise ResourceGone(f"The file of object {info.id} was removed by clean-up; upload it again.")
+        if not fresh:
+            return await self.get(owner, info.id), False
+        deadline = self._settings.plan_deadline_s
+        self._pool.run_idly(self._functions.decompose, self._storage, info.id, deadline_s=deadline)
+        return info, True
+
+    async def get(self, owner: str, object_id: str) -> ObjectInfo:
+        """One object.
+
+        Raises:
+            NotFound: The owner has no such object.
+        """
+        return ObjectInfo.model_validate_json(await self._document(owner, object_id))
+
+    async def page(self, owner: str, before: int | None, limit: int) -> list[StoredObject]:
+        """Objects of an owner, newest first, older than the place ``before``."""
+        return await self._objects.page(owner, before, limit)
+
+    async def mesh_file(self, owner: str, object_id: str, file_type: str) -> Path:
+        """The checked mesh as a file, object frame, in metres.
+
+        Raises:
+            NotFound: The owner has no such object.
+        """
+        await self._document(owner, object_id)
+        path = self._storage.mesh_export(object_id, file_type)
+        if not path.exists():
+            deadline = self._settings.picture_deadline_s
+            arguments = self._functions.export, self._storage, object_id, file_type
+            await self._pool.answer(owner, *arguments, deadline_s=deadline, object_id=object_id)
+        return path
+
+    async def delete(self, owner: str, object_id: str) -> None:
+        """Delete an object and its parallel grasps; clean-up removes its files once nobody has it.
+
+        Raises:
+            NotFound: The owner has no such object.
+            ObjectInUse: Jobs that have not ended need it.
+        """
+        removal = await self._objects.remove(owner, object_id)
+        if removal.unfinished:
+            raise ObjectInUse(
+                f"{removal.unfinished} jobs that have not ended need object {object_id}; cancel them first."
+            )
+        if not removal.found:
+            raise NotFound(f"There is no object {object_id!r}.")
+
+    async def generate_grasps(self, owner: str, object_id: str, request: ParallelGraspsGenerate) -> ParallelGraspSet:
+        """Find two-contact grasps of an object that fit a hand's opening, and keep them as a set.
+
+        Raises:
+            NotFound: The owner has no such object.
+            InvalidField: Unknown hand, or settings with which nothing can be found.
+        """
+        await self._document(owner, object_id)
+        check_hand(self._hands, request.hand)
+        try:
+            found = await self._pool.answer(
+                owner,
+                self._functions.generate,
+                self._storage,
+                object_id,
+                request,
+                deadline_s=self._settings.picture_deadline_s,
+                object_id=object_id,
+            )
+        except FingersplitError as error:
+            raise InvalidField("", str(error)) from error
+        return await self._keep(owner, object_id, "generated", request.name, _GRASPS.validate_python(found))
+
+    async def add_grasps(self, owner: str, object_id: str, name: str, grasps: list[ParallelGrasp]) -> ParallelGraspSet:
+        """Keep parallel grasps that were found elsewhere as a set.
+
+        Raises:
+            NotFound: The owner has no such object.
+            InvalidField: One of them is none; the field says which.
+        """
+        await self._document(owner, object_id)
+        check_grasps(grasps)
+        return await self._keep(owner, object_id, "imported", name, grasps)
+
+    async def import_grasps(
+        self, owner: str, object_id: str, name: str, file: GraspFile
+    ) -> tuple[ParallelGraspSet, str]:
+        """Keep the parallel grasps in a file as a set; the set, and a sentence on what the file held.
+
+        Raises:
+            NotFound: The owner has no such object.
+            InvalidFile: The file holds no grasps of it.
+        """
+        object_name = (await self.get(owner, object_id)).name
+        try:
+            found, message = await self._read_file(
+                owner, self._functions.import_grasps, object_id, object_name, file, object_id=object_id
+            )
+        except ParallelGraspError as error:
+            raise InvalidFile(str(error)) from error
+        kept = await self._keep(owner, object_id, "imported", name, _GRASPS.validate_python(found))
+        return kept, message
+
+    async def grasp_sets(self, owner: str, object_id: str) -> list[ParallelGraspSetInfo]:
+        """The sets of an object without their grasps, newest first; the newest thousand.
+
+        Raises:
+            NotFound: The owner has no such object.
+        """
+        await self._document(owner, object_id)
+        rows = await self._objects.grasp_sets(owner, object_id)
+        return [ParallelGraspSetInfo.model_validate(_set_info(row)) for row in rows]
+
+    async def grasp_set(self, owner: str, object_id: str, set_id: str) -> ParallelGraspSet:
+        """One set with its grasps.
+
+        Raises:
+            NotFound: The owner's object has no such set.
+        """
+        row = await self._objects.grasp_set(owner, object_id, set_id)
+        if row is None:
+            raise _unknown_set(object_id, set_id)
+        return ParallelGraspSet(parallel_grasps=_GRASPS.validate_json(row["document"]), **_set_info(row))
+
+    async def delete_grasp_set(self, owner: str, object_id: str, set_id: str) -> None:
+        """Delete a set; jobs that started from it stay as they are.
+
+        Raises:
+            NotFound: The owner's object has no such set.
+        """
+        if not await self._objects.remove_grasps(owner, object_id, set_id):
+            raise _unknown_set(object_id, set_id)
+
+    async def _document(self, owner: str, object_id: str) -> str:
+        document = await self._objects.document(owner, object_id)
+        if document is None:
+            raise NotFound(f"There is no object {object_id!r}; upload its mesh to /v1/objects.")
+        return document
+
+    async def _inspect(self, owner: str, upload: Upload) -> dict[str, Any]:
+        """What a worker says of an uploaded file."""
+        try:
+            return await self._read_file(owner, self._functions.inspect, upload)
+        except ObjectFileError as error:
+            if error.code == "needless_viewpoint":
+                raise InvalidField("/viewpoint", str(error), code=error.code) from error
+            raise InvalidFile(str(error), code=error.code, mesh=True) from error
+        except InvalidFile as error:
+            error.mesh = True
+            raise
+
+    async def _read_file(
+        self, owner: str, function: Callable[..., Returned], *arguments: Any, object_id: str | None = None
+    ) -> Returned:
+        """What a worker makes of a file; one that it cannot digest is the client's fault, not ours."""
+        deadline = self._settings.inspection_deadline_s
+        try:
+            return await self._pool.answer(
+                owner, function, self._storage, *arguments, deadline_s=deadline, object_id=object_id
+            )
+        except DeadlineExceeded as error:
+            detail = f"Checking the file took longer than {deadline:g} s; simplify it."
+            raise InvalidFile(detail, code="too_complex") from error
+        except (MemoryError, WorkerDied) as error:
+            detail = "Checking the file took more memory than a worker may have; simplify it."
+            raise InvalidFile(detail, code="too_complex") from error
+
+    async def _keep(
+        self,
+        owner: str,
+        object_id: str,
+        origin: Literal["generated", "imported"],
+        name: str,
+        grasps: list[ParallelGrasp],
+    ) -> ParallelGraspSet:
+        info = ParallelGraspSetInfo(
+            id=uuid4().hex,
+            object_id=object_id,
+            origin=origin,
+            name=name,
+            count=len(grasps),
+            created_at=datetime.now(UTC),
+        )
+        if not await self._objects.add_grasps(owner, info, _GRASPS.dump_json(grasps).decode()):
+            raise NotFound(f"Object {object_id!r} was deleted meanwhile.")
+        return ParallelGraspSet(parallel_grasps=grasps, **info.model_dump())
+
+
+def _set_info(row: Any) -> dict[str, Any]:
+    members = {name: row[name] for name in ParallelGraspSetInfo.model_fields}
+    return members | {"created_at": datetime.fromtimestamp(row["created_at"], UTC)}
+
+
+def _unknown_set(object_id: str, set_id: str) -> NotFound:
+    return NotFound(f"Object {object_id!r} has no set of parallel grasps {set_id!r}.")

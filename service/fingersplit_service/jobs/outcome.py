@@ -1,0 +1,43 @@
+"""What a job ended with; apart from everything else, so that a worker does not load the database for it."""
+
+from dataclasses import dataclass, field
+
+__all__ = ["JobOutcome", "JobResultRow"]
+
+
+@dataclass(frozen=True)
+class JobResultRow:
+    """What the tables keep of a result: the document, JSON, and the columns that lists show.
+
+    Attributes:
+        result: The result document.
+        grasps: Number of ranked grasps.
+        feasible: Number of feasible starts.
+        verified: Number of grasps that held in simulation.
+        holding_margin: Holding margin of rank 1 [N]; None without a grasp.
+        warnings: What went wrong beside the result, in sentences.
+    """
+
+    result: str
+    grasps: int
+    feasible: int
+    verified: int
+    holding_margin: float | None
+    warnings: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class JobOutcome:
+    """A finished job.
+
+    Attributes:
+        row: What to keep.
+        stage_ms: Time by stage [ms], for the metrics.
+        simulated: Whether each simulated grasp held, for the metrics.
+        best_rank: Rank of the grasp that stands for the run in lists; None when there is no grasp.
+    """
+
+    row: JobResultRow
+    stage_ms: dict[str, float] = field(default_factory=dict)
+    simulated: tuple[bool, ...] = ()
+    best_rank: int | None = None

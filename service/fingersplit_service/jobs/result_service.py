@@ -1,0 +1,126 @@
+"""Results as the endpoints see them: grasps, views of them, and files for other tools."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+from fingersplit.errors import ExchangeError, ResultError
+from fingersplit_client.schemas import JobCreate
+from fingersplit_service.jobs.errors import InvalidField, NotFinished, NotFound, ResourceGone
+from fingersplit_service.jobs.job_service import JobService, JobView
+from fingersplit_service.jobs.rendering import ExportedFile, RenderTask, ViewName, best_rank
+from fingersplit_service.jobs.worker_functions import WorkerFunctions
+from fingersplit_service.jobs.worker_pool import WorkerPool
+from fingersplit_service.settings import ServiceSettings
+from fingersplit_service.storage import Storage
+
+__all__ = ["ResultService"]
+
+
+class ResultService:
+    """What can be done with the results of jobs; every method acts for one owner.
+
+    Views are made when they are first asked for and then kept: they are off the way of a job's answer, and only runs
+    that somebody looks at take space. Small pictures for lists alone are made in advance, by a spare worker.
+
+    Args:
+        jobs: The jobs.
+        storage: Where views are kept.
+        pool: The workers that make them.
+        functions: What workers run.
+        settings: Deadlines.
+    """
+
+    def __init__(
+        self,
+        jobs: JobService,
+        storage: Storage,
+        pool: WorkerPool,
+        functions: WorkerFunctions,
+        settings: ServiceSettings,
+    ) -> None:
+        self._jobs, self._storage, self._pool = jobs, storage, pool
+        self._functions, self._settings = functions, settings
+
+    async def grasps(self, owner: str, job_id: str) -> list[dict[str, Any]]:
+        """The documents of a job's grasps, best first; none for a job that failed or was cancelled.
+
+        Raises:
+            NotFound: The owner has no such job.
+            NotFinished: It has not ended.
+        """
+        view = await self._ended(owner, job_id)
+        grasps: list[dict[str, Any]] = json.loads(view.result)["grasps"] if view.result else []
+        return grasps
+
+    async def grasp(self, owner: str, job_id: str, rank: int) -> dict[str, Any]:
+        """The document of one grasp. Raises as `grasps`, and NotFound for a rank that there is not."""
+        return _of_rank(job_id, await self.grasps(owner, job_id), rank)
+
+    async def view(self, owner: str, job_id: str, rank: int | None, name: ViewName) -> Path:
+        """The file of a view, made by a worker unless it is there.
+
+        Args:
+            owner: Who asks.
+            job_id: The job.
+            rank: Rank of the grasp; None for the one that stands for the run.
+            name: The view.
+
+        Raises:
+            NotFound: No such job, or no such grasp.
+            NotFinished: The job has not ended.
+            ResourceGone: It cannot be made any more.
+        """
+        job = await self._ended(owner, job_id)
+        grasps = json.loads(job.result)["grasps"] if job.result else []
+        chosen = best_rank(grasps) if rank is None else _of_rank(job_id, grasps, rank)["rank"]
+        if chosen is None or job.result is None:
+            raise NotFound(f"Job {job_id} found no grasp to look at.")
+        path = self._storage.view(job_id, chosen, name)
+        if path.exists():
+            return path
+        if not self._storage.shape(job.row.object_id).exists():
+            raise ResourceGone("It cannot be made any more: its object was deleted.")
+        self._storage.job_folder(job_id).mkdir(parents=True, exist_ok=True)
+        request = JobCreate.model_validate_json(job.row.request)
+        task = RenderTask(name, job_id, chosen, job.row.object_name, request, job.result)
+        arguments = self._functions.render, self._storage, task
+        try:
+            await self._pool.answer(
+                owner, *arguments, deadline_s=self._settings.picture_deadline_s, object_id=job.row.object_id
+            )
+        except ResultError as error:
+            raise ResourceGone(f"It cannot be made any more: {error}") from error
+        except FileNotFoundError:
+            raise ResourceGone("It cannot be made any more: the job was deleted.") from None
+        return path
+
+    async def export(self, owner: str, job_id: str, format_name: str, rank: int | None) -> ExportedFile:
+        """The feasible grasps, best first, or one grasp, as a file of another tool.
+
+        Raises:
+            NotFound: No such job, or it has no result.
+            NotFinished: The job has not ended.
+            InvalidField: The result has no grasp to write.
+        """
+        job = await self._ended(owner, job_id)
+        if job.result is None:
+            raise NotFound(f"Job {job_id} has no result.")
+        arguments = self._functions.convert, job.result, format_name, rank
+        try:
+            return await self._pool.answer(owner, *arguments, deadline_s=self._settings.picture_deadline_s)
+        except ExchangeError as error:
+            raise InvalidField("/format_name", str(error)) from error
+
+    async def _ended(self, owner: str, job_id: str) -> JobView:
+        job = await self._jobs.get(owner, job_id)
+        if not job.row.ended:
+            raise NotFinished(f"Job {job_id} is {job.row.state}; its result comes when it has ended.")
+        return job
+
+
+def _of_rank(job_id: str, grasps: list[dict[str, Any]], rank: int) -> dict[str, Any]:
+    for grasp in grasps:
+        if grasp["rank"] == rank:
+            return grasp
+    raise NotFound(f"Job {job_id} has {len(grasps)} grasps, and no rank {rank}.")

@@ -1,0 +1,52 @@
+"""Whether the service can do its work now, and its metrics."""
+
+import asyncio
+import shutil
+
+from fingersplit_service.database.jobs import JobStore
+from fingersplit_service.jobs.errors import WorkersNotReady
+from fingersplit_service.jobs.worker_pool import WorkerPool
+from fingersplit_service.operations.metrics import Metrics
+from fingersplit_service.storage import Storage
+
+__all__ = ["DiskFull", "HealthService"]
+
+_MIN_DISK = 16 * 2**20  # below which results could not be kept [bytes]
+
+
+class DiskFull(Exception):  # noqa: N818
+    """There is hardly any space left for data."""
+
+
+class HealthService:
+    """Looks at workers, database and disk.
+
+    Args:
+        jobs: The table of jobs.
+        pool: The workers.
+        storage: The data directory.
+        metrics: What is counted.
+    """
+
+    def __init__(self, jobs: JobStore, pool: WorkerPool, storage: Storage, metrics: Metrics) -> None:
+        self._jobs, self._pool, self._storage, self._metrics = jobs, pool, storage, metrics
+
+    async def check(self) -> int:
+        """Number of warm workers, if jobs are accepted and start without delay.
+
+        Raises:
+            WorkersNotReady: No worker is warm.
+            StorageUnavailable: The database does not answer.
+            DiskFull: Results could not be kept.
+        """
+        if not self._pool.ready:
+            raise WorkersNotReady("The workers are still starting; try again in a second.")
+        await self._jobs.check()
+        usage = await asyncio.to_thread(shutil.disk_usage, self._storage.root)
+        if usage.free < _MIN_DISK:
+            raise DiskFull(f"{usage.free >> 20} MiB are free for data; {_MIN_DISK >> 20} MiB are needed.")
+        return self._pool.warm_workers
+
+    async def metrics(self) -> bytes:
+        """The text that Prometheus reads."""
+        return self._metrics.expose(self._pool, await self._jobs.counts())
