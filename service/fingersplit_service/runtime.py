@@ -73,6 +73,7 @@ async def running(settings: ServiceSettings, functions: WorkerFunctions, metrics
             warm=functions.warm,
             warm_deadline_s=settings.warm_deadline_s,
             silence_s=settings.worker_silence_s,
+            observe_wait=metrics.answers_waited.observe,
         )
         stack.push_async_callback(pool.stop)
         notifier, object_store, job_store = Notifier(), ObjectStore(database), JobStore(database)
@@ -92,7 +93,7 @@ async def running(settings: ServiceSettings, functions: WorkerFunctions, metrics
             objects=ObjectService(object_store, storage, pool, functions, hands, settings),
             results=ResultService(jobs, storage, pool, functions, settings),
             hands=hands,
-            health=HealthService(job_store, pool, storage, metrics),
+            health=HealthService(job_store, pool, storage, notifier, metrics),
             access=Access(keys),
             storage=storage,
             notifier=notifier,

@@ -1,7 +1,7 @@
 import socket
 import sys
 from collections.abc import AsyncIterator, Callable, Iterator
-from contextlib import AbstractAsyncContextManager, asynccontextmanager
+from contextlib import AbstractAsyncContextManager, asynccontextmanager, contextmanager
 from pathlib import Path
 
 import anyio
@@ -11,10 +11,13 @@ from fastapi import FastAPI
 
 sys.path.insert(0, str(Path(__file__).parent))  # worker processes import the fakes by name
 
-import fake_tasks
+import fake_workers
+from prometheus_client.parser import text_string_to_metric_families
 
 from fingersplit_service.app import create_app
+from fingersplit_service.database.connection import Database, database_url
 from fingersplit_service.settings import ServiceSettings
+from fingersplit_service.storage import Storage
 
 Start = Callable[..., AbstractAsyncContextManager["Api"]]
 
@@ -27,13 +30,25 @@ def cube_file(edge: float) -> bytes:
     return "\n".join(lines).encode() + b"\n"
 
 
+PATIENCE = 120
+"""How long a test waits for what is going to happen [s]; other processes may take most of the machine."""
+
+
+async def until(condition: Callable[[], object]) -> None:
+    """Wait for a condition to come true; fails when it does not."""
+    with anyio.fail_after(PATIENCE):
+        while not condition():
+            await anyio.sleep(0.01)
+
+
 class Api:
     """The service in this process, and a client that speaks to it without a socket."""
 
     cube = staticmethod(cube_file)
 
-    def __init__(self, app: FastAPI, http: httpx2.AsyncClient) -> None:
-        self.app, self.http = app, http
+    def __init__(self, app: FastAPI, http: httpx2.AsyncClient, data_dir: Path) -> None:
+        self.app, self.http, self.data_dir = app, http, data_dir
+        self.storage = Storage(data_dir)
         self._object_id = ""
 
     async def upload(self, data: bytes, filename: str, **fields: str) -> httpx2.Response:
@@ -44,9 +59,9 @@ class Api:
             self._object_id = (await self.upload(cube_file(5), "cube.off", unit="cm")).json()["id"]
         return self._object_id
 
-    async def queue(self, how: int, **fields: object) -> str:
+    async def queue(self, how: str, **fields: object) -> str:
         """Queue a job that goes as the fakes say."""
-        body = {"object_id": await self.object_id(), "seed": how} | fields
+        body = {"object_id": await self.object_id(), "hand": how} | fields
         response = await self.http.post("/v1/jobs", json=body)
         assert response.status_code == 202, response.text
         return response.json()["id"]
@@ -56,12 +71,43 @@ class Api:
 
     async def ended(self, job_id: str, states: tuple[str, ...] = ("succeeded", "failed", "cancelled")) -> dict:
         """The job once it is in one of these states."""
-        with anyio.fail_after(30):
+        with anyio.fail_after(PATIENCE):
             while (job := await self.job(job_id))["state"] not in states:
                 await anyio.sleep(0.005)
-            if job["state"] != "running":
-                await self.app.state.runtime.dispatcher.released(job_id)  # it may still be recorded
         return job
+
+    async def begun(self, job_id: str) -> None:
+        """Wait until a worker is at a job."""
+        await until((self.data_dir / f"{job_id}.begun").exists)
+
+    def hold(self) -> None:
+        """From now on jobs that wait do not go on."""
+        (self.data_dir / "go").unlink(missing_ok=True)
+
+    def go(self) -> None:
+        """Let jobs go on that wait."""
+        (self.data_dir / "go").touch()
+
+    async def metric(self, name: str, *labels: str) -> float:
+        """A value that the service gives to Prometheus, 0 where there is none yet."""
+        families = text_string_to_metric_families((await self.http.get("/metrics")).text)
+        samples = [sample for family in families for sample in family.samples if sample.name == name]
+        return next((one.value for one in samples if tuple(one.labels.values()) == labels), 0.0)
+
+    async def until_metric(self, least: float, name: str, *labels: str) -> None:
+        """Wait until such a value is reached."""
+        with anyio.fail_after(PATIENCE):
+            while await self.metric(name, *labels) < least:
+                await anyio.sleep(0.01)
+
+    @contextmanager
+    def tables(self) -> Iterator[Database]:
+        """The service's tables by a connection of one's own."""
+        database = Database(database_url(None, self.storage.database))
+        try:
+            yield database
+        finally:
+            database.close()
 
 
 @pytest.fixture(scope="session")
@@ -71,17 +117,18 @@ def anyio_backend() -> str:
 
 @asynccontextmanager
 async def started(data_dir: Path, **settings: object) -> AsyncIterator[Api]:
-    chosen = ServiceSettings(data_dir=data_dir, **{"workers": 1, "spare_workers": 0, "stop_grace_s": 0} | settings)
-    app = create_app(chosen, fake_tasks.TASKS)
+    usual = {"workers": 1, "spare_workers": 0, "stop_grace_s": 0, "inspection_deadline_s": 600}
+    chosen = ServiceSettings(data_dir=data_dir, **usual | settings)
+    app = create_app(chosen, fake_workers.FUNCTIONS)
     transport = httpx2.ASGITransport(app, raise_app_exceptions=False)
     async with (
         app.router.lifespan_context(app),
-        httpx2.AsyncClient(transport=transport, base_url="http://localhost", timeout=30) as http,
+        httpx2.AsyncClient(transport=transport, base_url="http://localhost", timeout=PATIENCE) as http,
     ):
-        with anyio.fail_after(60):
+        with anyio.fail_after(PATIENCE):
             while (await http.get("/readyz")).status_code != 200:
                 await anyio.sleep(0.02)
-        yield Api(app, http)
+        yield Api(app, http, data_dir)
 
 
 @pytest.fixture(scope="session")

@@ -3,7 +3,7 @@
 import sys
 from pathlib import Path
 
-import fake_tasks
+import fake_workers
 
 from fingersplit_service.app import create_app
 from fingersplit_service.listening import serve_app
@@ -11,4 +11,4 @@ from fingersplit_service.settings import ServiceSettings
 
 if __name__ == "__main__":
     settings = ServiceSettings(data_dir=Path(sys.argv[1]), port=int(sys.argv[2]), workers=2, log_level="warning")
-    serve_app(create_app(settings, fake_tasks.TASKS), settings)
+    serve_app(create_app(settings, fake_workers.FUNCTIONS), settings)

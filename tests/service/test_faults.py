@@ -13,9 +13,10 @@ from pathlib import Path
 import anyio
 import httpx2
 import pytest
-from fake_tasks import DIES, DIES_ONCE, FINE, HANGS, HANGS_ONCE, SHORT, WAITS
+from conftest import PATIENCE, until
+from fake_workers import DIES, DIES_ONCE, FINE, HANGS, HANGS_ONCE, WAITS, warm
 
-from fingersplit_service.jobs.engine import Priority
+from fingersplit_service.jobs.worker_pool import WorkerPool
 
 SERVER = Path(__file__).with_name("serve_fakes.py")
 
@@ -42,7 +43,7 @@ def alive(pid: int) -> bool:
         return False
 
 
-def wait_until(condition: Callable[[], bool], seconds: float = 20) -> None:
+def wait_until(condition: Callable[[], bool], seconds: float = PATIENCE) -> None:
     """Look again and again; fail when it does not come true in time."""
     end = time.monotonic() + seconds
     while not condition():
@@ -57,7 +58,7 @@ def serving(data_dir: Path, port: int) -> Iterator[tuple[subprocess.Popen, httpx
     with ExitStack() as stack:
         stack.callback(process.wait)
         stack.callback(process.kill)
-        http = stack.enter_context(httpx2.Client(base_url=f"http://127.0.0.1:{port}", timeout=60))
+        http = stack.enter_context(httpx2.Client(base_url=f"http://127.0.0.1:{port}", timeout=PATIENCE))
 
         def ready() -> bool:
             assert process.poll() is None
@@ -73,10 +74,7 @@ def serving(data_dir: Path, port: int) -> Iterator[tuple[subprocess.Popen, httpx
 @pytest.mark.anyio
 async def test_a_job_whose_worker_is_killed_is_run_again(api):
     job_id = await api.queue(HANGS_ONCE)
-    first = api.app.state.runtime.storage.root / f"{job_id}.first"
-    with anyio.fail_after(10):
-        while not first.exists():
-            await anyio.sleep(0.01)
+    await api.begun(job_id)
     (worker,) = children(os.getpid())
     os.kill(worker, signal.SIGKILL)
 
@@ -99,30 +97,51 @@ async def test_a_job_that_kills_its_worker_once_succeeds_and_twice_fails(api):
 async def test_an_idle_worker_that_dies_is_replaced(api):
     await api.ended(await api.queue(FINE))
     (worker,) = children(os.getpid())
+    restarts = await api.metric("fingersplit_worker_restarts", "died")
     os.kill(worker, signal.SIGKILL)
-    await anyio.sleep(0.05)
-
-    assert (await api.http.get("/readyz")).status_code == 503
+    await api.until_metric(restarts + 1, "fingersplit_worker_restarts", "died")
     assert (await api.ended(await api.queue(FINE)))["state"] == "succeeded"
     assert (await api.http.get("/readyz")).json()["workers"] == 1
+    assert worker not in children(os.getpid())
 
 
 @pytest.mark.anyio
-async def test_a_worker_that_was_replaced_meanwhile_is_not_given_to_two(api):
-    engine = api.app.state.runtime.engine
-    async with engine.worker(Priority.ANSWER) as turn:
-        turn.worker.kill()
-        with anyio.fail_after(20):
-            while engine.ready:
-                await anyio.sleep(0.005)
-            while not engine.ready:
-                await anyio.sleep(0.005)
-    async with engine.worker(Priority.ANSWER):
-        with anyio.move_on_after(0.2) as waiting:
-            async with engine.worker(Priority.ANSWER):
-                pass
-        assert waiting.cancelled_caught
-    assert (await api.ended(await api.queue(FINE)))["state"] == "succeeded"
+async def test_a_worker_that_was_replaced_meanwhile_is_not_given_to_two():
+    pool = WorkerPool(1, memory_bytes=2**32, recycle_bytes=2**30, warm=warm, warm_deadline_s=PATIENCE)
+    pool.start()
+    try:
+        await until(lambda: pool.ready)
+        async with pool.worker("me") as lease:
+            lease.worker.kill()
+            await until(lambda: pool.restarts["killed"] == 1)
+            await until(lambda: pool.ready)
+        async with pool.worker("me") as lease, anyio.create_task_group() as group:
+
+            async def second() -> None:
+                async with pool.worker("you") as other:
+                    assert other.worker is lease.worker
+                    assert pool.busy_workers == 1
+
+            group.start_soon(second)
+            await until(lambda: pool.waiting_answers == 1)
+            assert await lease.worker.run(os.getpid, deadline_s=PATIENCE) in children(os.getpid())
+            assert pool.waiting_answers == 1
+            group.cancel_scope.cancel()
+    finally:
+        await pool.stop()
+
+
+@pytest.mark.anyio
+async def test_a_stopped_worker_is_replaced_and_its_job_runs_again(start, tmp_path):
+    others = children(os.getpid())
+    async with start(tmp_path, worker_silence_s=0.5) as api:
+        job_id = await api.queue(HANGS_ONCE)
+        await api.begun(job_id)
+        (worker,) = set(children(os.getpid())) - set(others)
+        os.kill(worker, signal.SIGSTOP)
+        job = await api.ended(job_id)
+        assert (job["state"], job["attempts"]) == ("succeeded", 2)
+        assert await api.metric("fingersplit_worker_restarts", "stopped") == 1
 
 
 @pytest.mark.anyio
@@ -151,14 +170,14 @@ async def test_a_stopped_service_leaves_its_running_jobs_queued(start, tmp_path)
 def test_a_killed_service_takes_its_workers_with_it_and_finishes_its_jobs_later(tmp_path, unused_port, cube):
     with serving(tmp_path, unused_port) as (process, http):
         object_id = http.post("/v1/objects", files={"file": ("c.off", cube)}, data={"unit": "cm"}).json()["id"]
-        seeds = [HANGS_ONCE, HANGS_ONCE, FINE]
-        jobs = [http.post("/v1/jobs", json={"object_id": object_id, "seed": seed}).json()["id"] for seed in seeds]
-        wait_until(lambda: len(list(tmp_path.glob("*.first"))) == 2)
+        hows = [HANGS_ONCE, HANGS_ONCE, FINE]
+        jobs = [http.post("/v1/jobs", json={"object_id": object_id, "hand": how}).json()["id"] for how in hows]
+        wait_until(lambda: len(list(tmp_path.glob("*.begun"))) == 2)
         workers = children(process.pid)
         assert len(workers) >= 2  # and perhaps a spare one
         process.kill()
         process.wait()
-        wait_until(lambda: not any(alive(worker) for worker in workers), 2)
+        wait_until(lambda: not any(alive(worker) for worker in workers))
 
     with serving(tmp_path, unused_port) as (_, http):
         states = lambda: [http.get(f"/v1/jobs/{job}").json()["state"] for job in jobs]  # noqa: E731
@@ -169,11 +188,11 @@ def test_a_killed_service_takes_its_workers_with_it_and_finishes_its_jobs_later(
 def test_a_service_told_to_stop_leaves_nothing_running(tmp_path, unused_port, cube, stop):
     with serving(tmp_path, unused_port) as (process, http):
         object_id = http.post("/v1/objects", files={"file": ("c.off", cube)}, data={"unit": "cm"}).json()["id"]
-        http.post("/v1/jobs", json={"object_id": object_id, "seed": HANGS})
-        wait_until(lambda: len(list(tmp_path.glob("*.first"))) == 1)
+        http.post("/v1/jobs", json={"object_id": object_id, "hand": HANGS})
+        wait_until(lambda: len(list(tmp_path.glob("*.begun"))) == 1)
         workers = children(process.pid)
         process.send_signal(stop)
-        process.wait(5)
+        process.wait(PATIENCE)
         assert not any(alive(worker) for worker in workers)
 
 
@@ -193,7 +212,7 @@ def test_three_hundred_jobs_survive_random_kills(tmp_path, unused_port, cube):
         with serving(tmp_path, unused_port) as (process, http):
             object_id = http.post("/v1/objects", files={"file": ("c.off", cube)}, data={"unit": "cm"}).json()["id"]
             for number in range(30 * life, 30 * life + 30):
-                body = {"object_id": object_id, "seed": chance.choice((FINE, SHORT)), "starts": number + 1}
+                body = {"object_id": object_id, "hand": FINE, "starts": number + 1}
                 headers = {"Idempotency-Key": f"job-{number}"}
                 job_id = http.post("/v1/jobs", json=body, headers=headers).json()["id"]
                 assert accepted.setdefault(job_id, number) == number
@@ -207,7 +226,7 @@ def test_three_hundred_jobs_survive_random_kills(tmp_path, unused_port, cube):
     assert len(accepted) == 300
     with serving(tmp_path, unused_port) as (_, http):
         for job_id, number in accepted.items():
-            job = http.get(f"/v1/jobs/{job_id}", headers={"Prefer": "wait=50"}).json()
+            job = http.get(f"/v1/jobs/{job_id}", headers={"Prefer": "wait=120"}).json()
             if job["state"] == "failed":  # two of our kills met this one
                 assert (job["error"]["code"], job["attempts"] >= 2) == ("worker_died", True)
             else:

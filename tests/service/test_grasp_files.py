@@ -7,6 +7,7 @@ from typing import get_args
 import httpx2
 import numpy as np
 import pytest
+from fake_workers import FINE
 
 from fingersplit.formats.importing import IMPORT_FORMATS
 from fingersplit_client.schemas import GraspFormat, ImportedGraspSet
@@ -53,7 +54,7 @@ async def test_grippers_in_a_file_close_on_the_object(api, fields):
 async def test_our_own_json_is_a_file_too_and_jobs_start_from_it(api):
     response = await send(api, json.dumps([ACROSS]).encode(), "mine.json", name="two sides")
     assert (response.status_code, response.json()["name"]) == (201, "two sides")
-    job = await api.ended(await api.queue(0, parallel_grasp_set=response.json()["id"]))
+    job = await api.ended(await api.queue(FINE, parallel_grasp_set=response.json()["id"]))
     assert job["request"]["parallel_grasps"] == response.json()["parallel_grasps"]
 
 
@@ -81,8 +82,8 @@ async def test_what_holds_no_grasps_is_refused(api, data, fields):
     response = await send(api, data, "grasps.dat", **fields)
     assert (response.status_code, response.json()["type"]) == (422, "urn:fingersplit:problem:invalid-request")
     assert response.json()["errors"][0]["field"]
-    assert str(api.app.state.runtime.storage.root) not in response.text
-    assert list(api.app.state.runtime.storage.staging.iterdir()) == []
+    assert str(api.data_dir) not in response.text
+    assert list(api.storage.staging.iterdir()) == []
 
 
 async def test_files_of_grasps_are_limited_as_uploads_are(api):

@@ -8,7 +8,7 @@ import fastapi
 import httpx2
 import numpy as np
 import pytest
-from fake_tasks import TASKS
+from fake_workers import FUNCTIONS
 from pydantic import ValidationError
 
 from fingersplit.objects.options import ObjectOptions as CoreOptions
@@ -25,7 +25,7 @@ pytestmark = pytest.mark.anyio
 
 @pytest.fixture(scope="module")
 def schema(tmp_path_factory) -> dict:
-    return create_app(ServiceSettings(data_dir=tmp_path_factory.mktemp("unused")), TASKS).openapi()
+    return create_app(ServiceSettings(data_dir=tmp_path_factory.mktemp("unused")), FUNCTIONS).openapi()
 
 
 async def test_everything_is_described(schema):
@@ -143,7 +143,7 @@ async def test_health(api):
 
 
 async def test_before_the_workers_are_warm(tmp_path):
-    app = create_app(ServiceSettings(data_dir=tmp_path, workers=1), TASKS)
+    app = create_app(ServiceSettings(data_dir=tmp_path, workers=1), FUNCTIONS)
     transport = httpx2.ASGITransport(app)
     async with (
         app.router.lifespan_context(app),

@@ -1,9 +1,9 @@
+import asyncio
 import json
 import sqlite3
 
-import anyio
 import pytest
-from fake_tasks import FINE, HANGS, NO_GRASP, PICTURE, RAISES, TOO_MUCH_MEMORY, WAITS
+from fake_workers import FINE, HANGS, HOWS, NO_GRASP, PICTURE, RAISES, TOO_MUCH_MEMORY, WAITS
 
 from fingersplit_client.schemas import Job, JobCreate, JobSummary, PlanResult, Problem
 
@@ -18,7 +18,7 @@ async def test_a_job_ends_in_the_stored_result(api):
     assert ended.progress == 1.0
     assert ended.created_at <= ended.started_at <= ended.finished_at
     assert ended.request == JobCreate(object_id=ended.request.object_id, starts=7, planner={"friction": 0.5})
-    with sqlite3.connect(api.app.state.runtime.storage.database) as database:
+    with sqlite3.connect(api.storage.database) as database:
         (stored,) = database.execute("SELECT document FROM results WHERE job_id = ?", (job_id,)).fetchone()
     database.close()
     assert (await api.job(job_id))["result"] == json.loads(stored)
@@ -38,18 +38,16 @@ async def test_the_answer_to_a_new_job_says_where_it_is(api):
 
 
 async def test_a_running_job_tells_how_far_it_is(api):
-    go = api.app.state.runtime.storage.root / "go"
-    go.unlink(missing_ok=True)
+    api.hold()
     job_id = await api.queue(WAITS)
-    with anyio.fail_after(10):
-        while (job := await api.job(job_id))["progress"] == 0:
-            await anyio.sleep(0.005)
+    await api.begun(job_id)
+    job = await api.job(job_id)
     assert (job["state"], job["stage"], job["progress"]) == ("running", "splitting", 0.5)
     picture = await api.http.get(f"/v1/jobs/{job_id}/grasps/1/picture.png")
     assert Problem.model_validate_json(picture.content).type == "urn:fingersplit:problem:not-finished"
     assert picture.status_code == 409
 
-    go.touch()
+    api.go()
     assert (await api.ended(job_id))["state"] == "succeeded"
 
 
@@ -119,7 +117,7 @@ async def test_a_request_that_is_not_valid_says_why(api, changes, field, hint):
 
 async def test_an_unknown_hand_names_the_known_ones(api):
     response = await api.http.post("/v1/jobs", json={"object_id": await api.object_id(), "hand": "claw"})
-    assert response.json()["valid"] == ["barrett"]
+    assert response.json()["valid"] == list(HOWS)
 
 
 @pytest.mark.parametrize("body", [b"{", b"", b"[" * 9_000, b'{"seed": ' + b"9" * 9_000 + b"}", b"\xff\xfe", b"null"])
@@ -144,7 +142,7 @@ async def test_an_unknown_job_is_not_found(api):
 async def test_a_picture_is_drawn_once(api):
     job_id = await api.queue(FINE)
     await api.ended(job_id)
-    path = api.app.state.runtime.storage.view(job_id, 1, "picture.png")
+    path = api.storage.view(job_id, 1, "picture.png")
     assert not path.exists()
 
     response = await api.http.get(f"/v1/jobs/{job_id}/grasps/1/picture.png")
@@ -156,31 +154,27 @@ async def test_a_picture_is_drawn_once(api):
 
 
 async def test_hands_are_listed(api):
-    (hand,) = (await api.http.get("/v1/hands")).json()
+    hand = (await api.http.get("/v1/hands")).json()[0]
     assert hand["name"] == "barrett"
     assert hand["joints"][0]["upper"] == 2.4
 
 
 async def test_an_upload_does_not_wait_for_the_queue(api, cube):
     """Somebody waits for the answer to an upload, so it gets the next free worker."""
-    go = api.app.state.runtime.storage.root / "go"
-    go.unlink(missing_ok=True)
-    first, second = await api.queue(WAITS), await api.queue(FINE)
-    await api.ended(first, ("running",))
-    async with anyio.create_task_group() as group:
-        group.start_soon(api.upload, cube, "cube.off")
-        await anyio.sleep(0.1)
-        go.touch()
-    assert (await api.job(first))["state"] == "succeeded"
-    await api.ended(second)
+    api.hold()
+    first = await api.queue(WAITS)
+    await api.begun(first)
+    second = await api.queue(HANGS)  # with the only worker it would keep the upload from being answered
+    upload = asyncio.create_task(api.upload(cube, "cube.off", unit="cm"))
+    await api.until_metric(1, "fingersplit_waiting_answers")
+    api.go()
+    assert (await upload).is_success
+    await api.http.post(f"/v1/jobs/{second}/cancel")
 
 
 async def test_a_deadline_ends_compiled_code(start, tmp_path):
     async with start(tmp_path, plan_deadline_s=0.3) as api:
-        job_id = await api.queue(HANGS)
-        await api.ended(job_id, ("running",))
-        with anyio.fail_after(2):
-            job = await api.ended(job_id)
+        job = await api.ended(await api.queue(HANGS))
         assert job["error"]["code"] == "deadline_exceeded"
         assert "0.3 s" in job["error"]["detail"]
         assert (await api.ended(await api.queue(FINE)))["state"] == "succeeded"

@@ -163,7 +163,7 @@ async def test_a_file_is_needed(api):
 async def test_no_unfinished_file_is_left(api, cube):
     await api.upload(cube, "cube.off", unit="m")
     await api.upload(b"OFF", "cube.off", unit="m")
-    assert list(api.app.state.runtime.storage.staging.iterdir()) == []
+    assert list(api.storage.staging.iterdir()) == []
 
 
 async def test_a_file_above_the_limit_is_refused(api):

@@ -1,7 +1,10 @@
 """What the service tells whoever operates it, and what it deletes."""
 
+import asyncio
 import json
 import logging
+import os
+import resource
 import sqlite3
 import subprocess
 import sys
@@ -9,9 +12,13 @@ import time
 
 import anyio
 import pytest
-from fake_tasks import FINE, HANGS, RAISES, WAITS
+from conftest import PATIENCE, until
+from fake_workers import FINE, HANGS, RAISES, WAITS
 from prometheus_client.parser import text_string_to_metric_families
+from test_faults import serving
 
+from fingersplit_service.database.jobs import JobStore
+from fingersplit_service.database.objects import ObjectStore
 from fingersplit_service.operations.doctor import examine
 from fingersplit_service.operations.logs import configure_logs, log_context
 from fingersplit_service.operations.retention import Retention
@@ -50,29 +57,25 @@ async def test_metrics_count_what_happens(start, tmp_path):
         await api.ended(waiting)
         found = await metrics(api)
         assert found["fingersplit_jobs_ended_total", "cancelled"] == 1
-        assert found["fingersplit_worker_restarts", ""] == 1
+        assert found["fingersplit_worker_restarts", "killed"] == 1
 
 
 async def test_a_spare_worker_takes_over_at_once(start, tmp_path):
     async with start(tmp_path, spare_workers=1) as api:
-        with anyio.fail_after(30):
-            while len(api.app.state.runtime.engine._warm_slots) < 2:
-                await anyio.sleep(0.01)
+        await api.until_metric(1, "fingersplit_workers", "spare")
         hanging, next_job = await api.queue(HANGS), await api.queue(FINE)
         await api.ended(hanging, ("running",))
         assert (await api.job(next_job))["state"] == "queued"  # a spare worker does not work beside the others
         await api.http.post(f"/v1/jobs/{hanging}/cancel")
-        began = time.monotonic()
         await api.ended(next_job)
         assert (await api.http.get("/readyz")).status_code == 200
-        assert time.monotonic() - began < 5
 
 
 async def test_a_worker_that_grows_is_replaced(start, tmp_path):
     async with start(tmp_path, worker_recycle_bytes=1) as api:
         for job_id in [await api.queue(FINE) for _ in range(3)]:
             assert (await api.ended(job_id))["state"] == "succeeded"
-        assert (await metrics(api))["fingersplit_worker_restarts", ""] >= 2
+        await api.until_metric(2, "fingersplit_worker_restarts", "grown")
 
 
 async def test_a_locked_database_loses_no_result(start, tmp_path):
@@ -83,7 +86,7 @@ async def test_a_locked_database_loses_no_result(start, tmp_path):
         stranger.execute("BEGIN IMMEDIATE")
         (tmp_path / "go").touch()
         for _ in range(2):  # the second comes after the first attempt to keep the result
-            with anyio.fail_after(20):
+            with anyio.fail_after(PATIENCE):
                 response = await api.http.post("/v1/jobs", json={"object_id": await api.object_id()})
         assert (response.status_code, response.json()["type"]) == (503, "urn:fingersplit:problem:storage-unavailable")
         assert response.headers["Retry-After"]
@@ -95,42 +98,80 @@ async def test_a_locked_database_loses_no_result(start, tmp_path):
         assert "kept later" in job["warnings"][0]
 
 
-async def test_a_full_disk_refuses_new_jobs_and_keeps_old_ones(start, tmp_path):
-    async with start(tmp_path) as api:
-        done = await api.queue(FINE)
-        await api.ended(done)
-        connection = api.app.state.runtime.jobs._database._sqlite
-        (pages,) = connection.execute("PRAGMA page_count").fetchone()
-        connection.execute(f"PRAGMA max_page_count = {pages}")
-        body = {"object_id": await api.object_id(), "planner": {"friction": 0.5}}
-        statuses = {(await api.http.post("/v1/jobs", json=body)).status_code for _ in range(60)}
-        assert 503 in statuses
-        assert statuses <= {202, 503}
-        assert (await api.job(done))["state"] == "succeeded"
-        connection.execute("PRAGMA max_page_count = 1000000")
-        for job in (await api.http.get("/v1/jobs")).json()["items"]:
-            assert (await api.ended(job["id"]))["state"] == "succeeded"
+def test_a_full_disk_refuses_new_jobs_and_keeps_old_ones(tmp_path, unused_port, cube):
+    with serving(tmp_path, unused_port) as (process, http):
+        object_id = http.post("/v1/objects", files={"file": ("c.off", cube)}, data={"unit": "cm"}).json()["id"]
+        body = {"object_id": object_id, "planner": {"friction": 0.5}}
+        done = http.post("/v1/jobs", json=body, headers={"Prefer": f"wait={PATIENCE}"}).json()
+        database = tmp_path / "fingersplit.sqlite3"
+        most = max(file.stat().st_size for file in (database, database.with_name(f"{database.name}-wal")))
+        limits = resource.prlimit(process.pid, resource.RLIMIT_FSIZE, (most + 30_000, resource.RLIM_INFINITY))
+        answers = [http.post("/v1/jobs", json=body) for _ in range(60)]
+        assert 503 in {answer.status_code for answer in answers}
+        assert {answer.status_code for answer in answers} <= {202, 503}
+        assert http.get(f"/v1/jobs/{done['id']}").json()["state"] == "succeeded"
+        resource.prlimit(process.pid, resource.RLIMIT_FSIZE, limits)
+        for answer in answers:
+            if answer.status_code == 202:
+                job = http.get(answer.headers["Location"], headers={"Prefer": f"wait={PATIENCE}"}).json()
+                assert job["state"] == "succeeded"
 
 
 async def test_old_things_are_deleted(start, tmp_path):
     async with start(tmp_path) as api:
-        runtime = api.app.state.runtime
         job_id, object_id = await api.queue(FINE), await api.object_id()
         await api.ended(job_id)
-        settings = ServiceSettings(data_dir=tmp_path, keep_jobs_s=200, keep_recordings_s=100, keep_objects_s=300)
-        retention = Retention(runtime.jobs, runtime.objects, runtime.storage, settings)
-        traces, mesh = runtime.storage.traces(job_id), runtime.storage.shape(object_id)
+        await api.http.get(f"/v1/jobs/{job_id}/recording.rrd")
+        kept = {"keep_jobs_s": 200, "keep_recordings_s": 100, "keep_objects_s": 300, "keep_orphans_s": 10}
+        settings = ServiceSettings(data_dir=tmp_path, **kept)
+        view, mesh = api.storage.view(job_id, 1, "recording.rrd"), api.storage.shape(object_id)
+        with api.tables() as database:
+            retention = Retention(JobStore(database), ObjectStore(database), api.storage, settings)
+            await retention.sweep(time.time())
+            assert view.exists()
+            await retention.sweep(time.time() + 150)
+            assert not view.exists()
+            assert (await api.job(job_id))["state"] == "succeeded"
+            await retention.sweep(time.time() + 250)
+            assert (await api.http.get(f"/v1/jobs/{job_id}")).status_code == 404
+            await retention.sweep_orphans(time.time() + 250)
+            assert mesh.exists()
+            await retention.sweep(time.time() + 350)
+            assert (await api.http.get(f"/v1/objects/{object_id}")).status_code == 404
+            await retention.sweep_orphans(time.time() + 5)
+            assert mesh.exists()  # somebody may be uploading it
+            await retention.sweep_orphans(time.time() + 15)
+            assert not mesh.exists()
 
-        await retention.sweep(time.time())
-        assert traces.exists()
-        await retention.sweep(time.time() + 150)
-        assert not traces.exists()
-        assert (await api.job(job_id))["state"] == "succeeded"
-        await retention.sweep(time.time() + 250)
-        assert (await api.http.get(f"/v1/jobs/{job_id}")).status_code == 404
-        assert mesh.exists()
-        await retention.sweep(time.time() + 350)
-        assert not mesh.exists()
+
+async def test_an_upload_renews_the_file_of_an_object_that_nobody_has(start, tmp_path, cube):
+    async with start(tmp_path, keep_orphans_s=1000) as api:
+        object_id = (await api.upload(cube, "cube.off", unit="cm")).json()["id"]
+        mesh = api.storage.shape(object_id)
+        await api.http.delete(f"/v1/objects/{object_id}")
+        os.utime(mesh, (1e9, 1e9))
+        with api.tables() as database:
+            retention = Retention(JobStore(database), ObjectStore(database), api.storage, ServiceSettings())
+            assert (await api.upload(cube, "cube.off", unit="cm")).status_code == 201
+            await ObjectStore(database).remove("local", object_id)  # as if its row were not written yet
+            await retention.sweep_orphans(time.time())
+            assert mesh.exists()
+
+
+async def test_files_of_jobs_that_are_not_there_go(start, tmp_path):
+    async with start(tmp_path, keep_orphans_s=1000) as api:
+        job_id = await api.queue(FINE)
+        await api.ended(job_id)
+        await api.http.get(f"/v1/jobs/{job_id}/recording.rrd")
+        left = api.storage.view("deleted-meanwhile", 1, "picture.png")
+        left.parent.mkdir(parents=True)
+        left.touch()
+        with api.tables() as database:
+            settings = ServiceSettings(data_dir=tmp_path, keep_orphans_s=10)
+            retention = Retention(JobStore(database), ObjectStore(database), api.storage, settings)
+            await retention.sweep_orphans(time.time() + 100)
+        assert not left.parent.exists()
+        assert api.storage.view(job_id, 1, "recording.rrd").exists()
 
 
 async def test_log_lines_say_what_they_are_about(capsys):
@@ -174,23 +215,25 @@ assert b"j-17" in b"".join(got), got
 
 def test_the_doctor_finds_what_is_wrong(tmp_path, unused_port):
     healthy = examine(ServiceSettings(data_dir=tmp_path, port=unused_port, workers=1))
-    assert [finding for finding in healthy if not finding.fine] == []
+    assert [check for check in healthy if not check.fine] == []
     (tmp_path / "file").touch()
     sick = examine(ServiceSettings(data_dir=tmp_path / "file" / "below", host="0.0.0.0", workers=10_000))
-    wrong = {finding.what for finding in sick if not finding.fine}
+    wrong = {check.what for check in sick if not check.fine}
     assert {"cores", "data directory"} <= wrong
 
 
 async def test_running_jobs_end_when_the_stop_leaves_them_time(start, tmp_path):
-    async with start(tmp_path, stop_grace_s=10) as api:
-        job_id = await api.queue(WAITS)
-        await api.ended(job_id, ("running",))
-        runtime = api.app.state.runtime
-        async with anyio.create_task_group() as group:
-            group.start_soon(runtime.dispatcher.stop)
-            await anyio.sleep(0.1)
-            (tmp_path / "go").touch()
-        assert (await api.job(job_id))["state"] == "succeeded"
-        later = await api.queue(FINE)
-        await anyio.sleep(0.2)
-        assert (await api.job(later))["state"] == "queued"
+    async with start(tmp_path, stop_grace_s=PATIENCE) as api:
+        running = await api.queue(WAITS)
+        await api.begun(running)
+        queued = await api.queue(WAITS)
+
+        async def let_go() -> None:
+            await until(lambda: api.app.state.runtime.notifier.closed)
+            api.go()
+
+        letting_go = asyncio.create_task(let_go())
+    await letting_go
+    with api.tables() as database:
+        found = [await JobStore(database).get("local", job_id) for job_id in (running, queued)]
+    assert [row.state for row, _ in found] == ["succeeded", "queued"]

@@ -7,11 +7,11 @@ import sys
 from typing import get_args
 
 import pytest
-from fake_tasks import FINE, NO_GRASP, WAITS
+from fake_workers import FINE, NO_GRASP, WAITS
 
 from fingersplit.formats import EXPORT_FORMATS
 from fingersplit_client.schemas import GraspCurve, Problem
-from fingersplit_service.review.exports import FormatName
+from fingersplit_service.endpoints.exports import FormatName
 
 pytestmark = pytest.mark.anyio
 
@@ -102,7 +102,7 @@ async def test_views_are_made_when_asked_for_and_kept(api, path, media_type):
     job_id = await api.queue(FINE)
     await api.ended(job_id)
     name = path.rpartition("/")[2]
-    kept = api.app.state.runtime.storage.view(job_id, 1, name)
+    kept = api.storage.view(job_id, 1, name)
     assert not kept.exists()
     view = await api.http.get(f"/v1/jobs/{job_id}/{path}")
     assert (view.status_code, view.content) == (200, name.encode())
@@ -113,17 +113,19 @@ async def test_views_are_made_when_asked_for_and_kept(api, path, media_type):
 
 
 async def test_views_of_what_is_not_there(api):
+    object_id = await api.object_id()
     job_id = await api.queue(FINE)
     await api.ended(job_id)
     assert (await api.http.get(f"/v1/jobs/{job_id}/grasps/2/recording.rrd")).status_code == 404
     assert (await api.http.get("/v1/jobs/nothing/thumbnail.webp")).status_code == 404
-    api.app.state.runtime.storage.traces(job_id).unlink()
+    api.storage.shape(object_id).rename(api.data_dir / "elsewhere")
     gone = await api.http.get(f"/v1/jobs/{job_id}/recording.rrd")
+    (api.data_dir / "elsewhere").rename(api.storage.shape(object_id))
     assert Problem.model_validate_json(gone.content).type == "urn:fingersplit:problem:gone"
 
 
 async def test_views_of_a_running_job_are_not_finished(api):
-    (api.app.state.runtime.storage.root / "go").unlink(missing_ok=True)
+    api.hold()
     job_id = await api.queue(WAITS)
     try:
         answer = await api.http.get(f"/v1/jobs/{job_id}/thumbnail.webp")
@@ -136,8 +138,8 @@ async def test_deleting_a_run_deletes_its_views(api):
     job_id = await api.queue(FINE)
     await api.ended(job_id)
     await api.http.get(f"/v1/jobs/{job_id}/recording.rrd")
-    folder = api.app.state.runtime.storage.job_folder(job_id)
-    assert len(list(folder.iterdir())) == 2  # traces and recording
+    folder = api.storage.job_folder(job_id)
+    assert [file.name for file in folder.iterdir()] == ["grasp-1-recording.rrd"]
     assert (await api.http.delete(f"/v1/jobs/{job_id}")).status_code == 204
     assert not folder.exists()
 
@@ -154,7 +156,7 @@ async def test_the_curve_has_a_value_for_every_state(api):
 async def test_runs_are_found_by_a_part_of_the_objects_name(api):
     upload = await api.upload(api.cube(7.5), "seven.off", unit="cm", name="Blue 100% box_1")
     for _ in range(2):
-        body = {"object_id": upload.json()["id"], "seed": NO_GRASP}
+        body = {"object_id": upload.json()["id"], "hand": NO_GRASP}
         assert (await api.http.post("/v1/jobs", json=body)).status_code == 202
     for part, count in (("blue", 2), ("00% BOX_", 2), ("100_", 0), ("%", 2), ("green", 0)):
         found = (await api.http.get("/v1/jobs", params={"object_name": part})).json()["items"]

@@ -1,13 +1,14 @@
 """Keys and owners: nothing crosses; and what no request may do, whoever sends it."""
 
-import asyncio
 import re
 import socket
 import subprocess
 import sys
 
+import anyio
 import pytest
-from fake_tasks import FINE
+from conftest import PATIENCE
+from fake_workers import FINE
 from test_faults import serving
 
 from fingersplit_service.database.connection import Database, database_url
@@ -24,22 +25,31 @@ def bearer(key: str) -> dict[str, str]:
     return {"Authorization": f"Bearer {key}"}
 
 
+async def until_status(api, status: int, headers: dict[str, str], path: str = "/v1/jobs") -> None:
+    """Wait until the service has looked at the keys again."""
+    with anyio.fail_after(PATIENCE):
+        while (await api.http.get(path, headers=headers)).status_code != status:
+            await anyio.sleep(0.05)
+
+
 @pytest.fixture(scope="module")
 async def guarded(tmp_path_factory, anyio_backend):
     """A service with keys of two owners, one of whom has one of everything."""
     from conftest import started
 
     async with started(tmp_path_factory.mktemp("guarded")) as api:
-        keys = api.app.state.runtime.access._keys
-        api.mine = await keys.create("mine", ["read", "plan"])
-        api.theirs = await keys.create("theirs", ["read", "plan"])
-        api.reading = await keys.create("reading", ["read"])
-        api.admin = await keys.create("admin", ["admin"])
-        await asyncio.sleep(1.1)  # until the service has looked at the keys again
+        with api.tables() as database:
+            keys = KeyStore(database)
+            api.mine = await keys.create("mine", ["read", "plan"])
+            api.theirs = await keys.create("theirs", ["read", "plan"])
+            api.reading = await keys.create("reading", ["read"])
+            api.admin = await keys.create("admin", ["admin"])
+        await until_status(api, 200, bearer(api.admin), "/metrics")
+        await until_status(api, 401, {})
         api.http.headers.update(bearer(api.mine))
         object_id = await api.object_id()
         grasps = await api.http.post(f"/v1/objects/{object_id}/parallel-grasps/generate", json={"count": 1})
-        batch = await api.http.post("/v1/batches", json={"jobs": [{"object_id": object_id, "seed": FINE}]})
+        batch = await api.http.post("/v1/batches", json={"jobs": [{"object_id": object_id, "hand": FINE}]})
         api.ids = {
             "object_id": object_id,
             "set_id": grasps.json()["id"],
@@ -141,9 +151,9 @@ async def test_scopes_hold(guarded):
 
 
 async def test_a_revoked_key_ends_with_its_session(guarded):
-    keys = guarded.app.state.runtime.access._keys
-    key = await keys.create("short", ["read"])
-    await asyncio.sleep(1.1)
+    with guarded.tables() as database:
+        key = await KeyStore(database).create("short", ["read"])
+    await until_status(guarded, 200, bearer(key))
     refused = await guarded.http.post("/review/session", json={"key": key + "x"}, headers={"Authorization": ""})
     opened = await guarded.http.post("/review/session", json={"key": key}, headers={"Authorization": ""})
     cookie = opened.headers["Set-Cookie"]
@@ -155,8 +165,9 @@ async def test_a_revoked_key_ends_with_its_session(guarded):
     session = {"Authorization": "", "Cookie": cookie.split(";")[0]}
     assert (await guarded.http.get("/v1/jobs", headers=session)).json()["items"] == []
     assert (await guarded.http.get("/review/session", headers=session)).json() == {"name": "short", "scopes": ["read"]}
-    await keys.revoke(key.split("_")[1])
-    await asyncio.sleep(1.1)
+    with guarded.tables() as database:
+        await KeyStore(database).revoke(key.split("_")[1])
+    await until_status(guarded, 401, bearer(key))
     assert (await guarded.http.get("/v1/jobs", headers=session)).status_code == 401
     assert (await guarded.http.get("/v1/jobs", headers=bearer(key))).status_code == 401
 

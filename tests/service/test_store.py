@@ -1,26 +1,31 @@
 import asyncio
+import runpy
 import time
 from collections.abc import AsyncIterator
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from pathlib import Path
 
 import pytest
 import sqlalchemy as sa
 from alembic.autogenerate import compare_metadata
 from alembic.migration import MigrationContext
+from alembic.operations import Operations
 
 from fingersplit_client.schemas import IntakeReport, JobError, ObjectInfo
-from fingersplit_service.database.connection import Database, database_url
+from fingersplit_service.database import migrations
+from fingersplit_service.database.connection import Database, DatabaseInUse, database_url
 from fingersplit_service.database.jobs import IdempotencyConflict, JobFilter, JobStore, QueueFull, UnknownObject
 from fingersplit_service.database.keys import KeyStore, matches, split_key
 from fingersplit_service.database.objects import ObjectStore
-from fingersplit_service.database.queue import Queue
+from fingersplit_service.database.queue import JobQueue
 from fingersplit_service.database.rows import NewJob
-from fingersplit_service.database.schema import HEAD, schema_version
+from fingersplit_service.database.schema import HEAD, SchemaTooNew, schema_version
 from fingersplit_service.database.tables import metadata
-from fingersplit_service.findings import Finding
+from fingersplit_service.jobs.outcome import JobResultRow
 
 pytestmark = pytest.mark.anyio
+VERSIONS = Path(migrations.__file__).parent / "versions"
 
 OBJECT = ObjectInfo(
     id="cube",
@@ -42,7 +47,7 @@ OBJECT = ObjectInfo(
 )
 
 
-FOUND = Finding(result="[1]", grasps=1, feasible=1, verified=0, holding_margin=0.5)
+FOUND = JobResultRow(result="[1]", grasps=1, feasible=1, verified=0, holding_margin=0.5)
 
 
 @dataclass
@@ -52,7 +57,7 @@ class Stores:
     database: Database
     objects: ObjectStore
     jobs: JobStore
-    queue: Queue
+    queue: JobQueue
 
     async def job(self, owner: str = "me", *, number: int = 0, priority: int = 0, **options: object) -> str:
         new = NewJob(f"{owner}-{number}-{time.monotonic_ns()}", "cube", "barrett", priority, None, "{}", f"{number}")
@@ -90,7 +95,7 @@ def url(request, tmp_path) -> sa.URL:
 @pytest.fixture
 async def store(url) -> AsyncIterator[Stores]:
     database = Database(url)
-    stores = Stores(database, ObjectStore(database), JobStore(database), Queue(database, "runner", 30.0))
+    stores = Stores(database, ObjectStore(database), JobStore(database), JobQueue(database))
     for owner in ("me", "you"):
         await stores.objects.add(owner, OBJECT)
     yield stores
@@ -156,8 +161,10 @@ async def test_an_object_that_unfinished_jobs_need_stays(store):
     assert (removal.found, removal.unfinished) == (True, 1)
 
     await store.jobs.cancel("me", job_id)
-    assert not (await store.objects.remove("me", "cube")).last  # you have it, too
-    assert (await store.objects.remove("you", "cube")).last
+    assert (await store.objects.remove("me", "cube")).found
+    assert await store.objects.without_rows(["cube", "other"]) == ["other"]  # you have it, too
+    assert (await store.objects.remove("you", "cube")).found
+    assert await store.objects.without_rows(["cube", "other"]) == ["cube", "other"]
     assert not (await store.objects.remove("me", "cube")).found
 
 
@@ -181,68 +188,153 @@ async def test_an_idempotency_key_is_one_job_of_one_owner(store):
 
 async def test_an_ended_job_stays_as_it_ended(store):
     job_id = await store.job()
-    await store.queue.claim()
-    assert await store.queue.succeed(job_id, FOUND)
+    job = await store.queue.claim()
+    assert await store.queue.succeed(job, FOUND)
 
-    await store.queue.fail(job_id, JobError(code="internal", detail="late"))
-    await store.queue.give_back(job_id)
-    assert not await store.queue.count_worker_death(job_id)
-    await store.queue.take_up(alone=True)
+    assert not await store.queue.fail(job, JobError(code="internal", detail="late"))
+    assert not await store.queue.requeue(job)
+    assert not await store.queue.count_worker_death(job)
+    assert await store.queue.requeue_orphans() == 0
     await store.jobs.cancel("me", job_id)
-    assert not await store.queue.succeed(job_id, FOUND)
+    assert not await store.queue.succeed(job, FOUND)
     ended, result = await store.jobs.get("me", job_id)
     assert (ended.state, ended.error, ended.holding_margin, result) == ("succeeded", None, 0.5, "[1]")
 
 
 async def test_a_cancelled_job_takes_no_result(store):
     job_id = await store.job()
-    await store.queue.claim()
+    job = await store.queue.claim()
     assert (await store.jobs.cancel("me", job_id)).state == "cancelled"
-    assert not await store.queue.succeed(job_id, FOUND)
+    assert not await store.queue.succeed(job, FOUND)
     assert await store.queue.claim() is None
 
 
 async def test_the_second_worker_death_fails_a_job(store):
     job_id = await store.job()
-    await store.queue.claim()
-    assert await store.queue.count_worker_death(job_id)
-    assert (await store.queue.claim()).id == job_id
-    assert not await store.queue.count_worker_death(job_id)
+    assert await store.queue.count_worker_death(await store.queue.claim())
+    job = await store.queue.claim()
+    assert job.id == job_id
+    assert not await store.queue.count_worker_death(job)
     ended, _ = await store.jobs.get("me", job_id)
     assert ended.error.code == "worker_died"
     assert await store.queue.claim() is None
 
 
-async def test_dying_services_cost_a_job_nothing_until_it_looks_guilty(store):
+async def test_a_job_under_which_the_service_dies_again_and_again_fails(store):
     job_id = await store.job()
     for _ in range(9):
         assert (await store.queue.claim()).id == job_id
-        await store.queue.take_up(alone=True)
+        assert await store.queue.requeue_orphans() == 1
     await store.queue.claim()
-    await store.queue.take_up(alone=True)
+    assert await store.queue.requeue_orphans() == 0
     ended, _ = await store.jobs.get("me", job_id)
     assert (ended.state, ended.error.code) == ("failed", "worker_died")
 
 
-async def test_another_process_takes_a_job_over_when_its_lease_is_out(store):
+async def test_an_attempt_that_was_given_up_cannot_write_its_result(store):
     job_id = await store.job()
-    short, other = Queue(store.database, "short", 1.0), Queue(store.database, "other", 30.0)
-    await short.claim()
-    assert await other.take_up(alone=False) == 0
-    await asyncio.sleep(1.1)
-    await short.extend_leases([job_id])
-    assert await other.take_up(alone=False) == 0
-    await asyncio.sleep(1.1)
-    assert await other.take_up(alone=False) == 1
-    assert (await other.claim()).attempts == 2
-    assert not await short.succeed(job_id, FOUND)
-    assert await other.succeed(job_id, FOUND)
+    first = await store.queue.claim()
+    assert await store.queue.requeue(first)
+    second = await store.queue.claim()
+    assert (second.id, second.attempts) == (job_id, 2)
+    assert not await store.queue.succeed(first, FOUND)
+    assert not await store.queue.fail(first, JobError(code="internal", detail="late"))
+    assert await store.queue.succeed(second, FOUND)
+
+
+async def test_an_owner_of_high_priorities_starves_nobody(store):
+    for number in range(4):
+        await store.job("me", number=number, priority=10)
+    await store.job("you", priority=-10)
+    assert [(await store.queue.claim()).owner for _ in range(3)] in (["me", "you", "me"], ["you", "me", "me"])
+
+
+async def test_the_queue_is_bounded_for_each_owner_alone(store):
+    for number in range(3):
+        await store.job("me", number=number, longest_queue=3)
+    with pytest.raises(QueueFull):
+        await store.job("me", longest_queue=3)
+    await store.job("you", longest_queue=3)
+
+
+async def test_a_batch_is_found_again_by_its_key(store):
+    def batch(*hashes: str) -> list[NewJob]:
+        return [NewJob(f"{time.monotonic_ns()}-{one}", "cube", "barrett", 0, None, "{}", one) for one in hashes]
+
+    options = {"longest_queue": 10, "idempotency_key": "k"}
+    first, fresh = await store.jobs.add("me", batch("a", "b"), batch_id="one", **options)
+    again, new = await store.jobs.add("me", batch("a", "b"), batch_id="two", **options)
+    assert (fresh, new) == (True, False)
+    assert [row.id for row in again] == [row.id for row in first]
+    with pytest.raises(IdempotencyConflict):
+        await store.jobs.add("me", batch("c"), batch_id="three", **options)
+
+
+async def test_two_requests_with_one_key_at_once_are_one_job(store):
+    ids = await asyncio.gather(*(store.job(idempotency_key="at once") for _ in range(8)))
+    assert len(set(ids)) == 1
+
+
+async def test_an_older_database_is_upgraded_with_its_jobs(url):
+    engine = sa.create_engine(url)
+    old, now = VERSIONS / "0001_first_tables.py", time.time()
+    with engine.begin() as connection:
+        context = MigrationContext.configure(connection)
+        with Operations.context(context):
+            runpy.run_path(str(old))["upgrade"]()
+        connection.exec_driver_sql("CREATE TABLE alembic_version (version_num VARCHAR(32) NOT NULL)")
+        connection.exec_driver_sql("INSERT INTO alembic_version VALUES ('0001')")
+        left = {"id": "left", "owner": "me", "object_id": "cube", "object_name": "cube", "hand": "barrett"}
+        left |= {"priority": 0, "attempts": 1, "worker_deaths": 0, "created_at": now, "started_at": now}
+        left |= {"warnings": "[]", "request_hash": "h", "request": "{}", "state": "running"}
+        names, values = ", ".join(left), ", ".join(f":{name}" for name in left)
+        statement = f"INSERT INTO jobs ({names}, runner, lease_until) VALUES ({values}, 'old', {now + 30})"
+        connection.execute(sa.text(statement), left)
+    engine.dispose()
+
+    database = Database(url)
+    try:
+        assert schema_version(database.engine) == HEAD
+        queue = JobQueue(database)
+        assert await queue.requeue_orphans() == 1
+        assert (await queue.claim()).id == "left"
+    finally:
+        database.close()
+
+
+async def test_a_database_of_a_newer_version_is_refused(url):
+    Database(url).close()
+    engine = sa.create_engine(url)
+    with engine.begin() as connection:
+        connection.exec_driver_sql("UPDATE alembic_version SET version_num = '9999'")
+    engine.dispose()
+    with pytest.raises(SchemaTooNew, match="9999"):
+        Database(url)
+
+
+async def test_processes_that_start_together_upgrade_once(url):
+    databases = await asyncio.gather(*(asyncio.to_thread(Database, url) for _ in range(4)))
+    for database in databases:
+        assert schema_version(database.engine) == HEAD
+        database.close()
+
+
+async def test_a_postgresql_database_serves_one_service(postgresql, tmp_path):
+    postgresql.psql("CREATE DATABASE one_service;")
+    url = database_url(postgresql.get_uri("one_service"), tmp_path)
+    first, second = Database(url), Database(url)
+    try:
+        first.lock()
+        with pytest.raises(DatabaseInUse):
+            second.lock()
+    finally:
+        first.close()
+        second.close()
 
 
 async def test_deleting_a_job_deletes_its_result(store):
     job_id = await store.job()
-    await store.queue.claim()
-    await store.queue.succeed(job_id, FOUND)
+    await store.queue.succeed(await store.queue.claim(), FOUND)
     assert not await store.jobs.delete("you", job_id)
     assert await store.jobs.delete("me", job_id)
     assert await store.jobs.get("me", job_id) is None
@@ -261,8 +353,7 @@ async def test_pages_meet_without_gap_and_overlap(store):
 
 async def test_old_jobs_are_deleted_and_unfinished_ones_kept(store):
     old, waiting = await store.job(), await store.job()
-    await store.queue.claim()
-    await store.queue.succeed(old, FOUND)
+    await store.queue.succeed(await store.queue.claim(), FOUND)
     assert await store.jobs.delete_ended_before(time.time() - 10, 100) == []
     assert await store.jobs.delete_ended_before(time.time() + 10, 100) == [old]
     assert await store.state(waiting) == "queued"

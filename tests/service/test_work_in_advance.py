@@ -5,21 +5,21 @@ import os
 import signal
 from pathlib import Path
 
-import anyio
 import pytest
-from fake_tasks import FINE, HANGS, UNRECORDED, draw, warm_and_tell
+from conftest import PATIENCE, until
+from fake_workers import FINE, HANGS, render, warm_and_report_niceness
 
-from fingersplit_service.jobs.engine import Engine
-from fingersplit_service.jobs.views import ViewOrder, best_rank, draw_in_advance
+from fingersplit_client.schemas import JobCreate
+from fingersplit_service.jobs.rendering import RenderTask, best_rank, render_in_advance
+from fingersplit_service.jobs.worker_pool import WorkerPool
 from fingersplit_service.storage import Storage
 
 pytestmark = pytest.mark.anyio
+RESULT = json.dumps({"grasps": [{"rank": 1}]})
 
 
 async def appears(path: Path) -> None:
-    with anyio.fail_after(30):
-        while not path.exists():
-            await anyio.sleep(0.01)
+    await until(path.exists)
 
 
 async def exists(path: Path) -> dict:
@@ -28,9 +28,7 @@ async def exists(path: Path) -> dict:
 
 
 async def gone(pid: int) -> None:
-    with anyio.fail_after(30):
-        while Path(f"/proc/{pid}").exists():
-            await anyio.sleep(0.01)
+    await until(lambda: not Path(f"/proc/{pid}").exists())
 
 
 async def upload(api, edge: float) -> str:
@@ -50,7 +48,7 @@ async def test_it_runs_beside_jobs_and_answers_at_the_lowest_priority(start, tmp
         first = await upload(api, 5)
         at_work = await exists(tmp_path / f"{first}.decomposing")
         assert at_work["priority"] == 19
-        assert api.app.state.runtime.engine.busy_workers == 0
+        assert await api.metric("fingersplit_workers", "busy") == 0
         second = await upload(api, 6)
         for _ in range(3):
             job = await api.ended(await api.queue(FINE, object_id=second))
@@ -92,65 +90,64 @@ async def test_a_job_takes_the_next_process_when_its_own_dies(start, tmp_path, h
 async def test_a_service_that_stops_does_not_wait_for_it(start, tmp_path, hold):
     async with start(tmp_path, workers=1, spare_workers=1) as api:
         at_work = await exists(tmp_path / f"{await upload(api, 5)}.decomposing")
-    with anyio.fail_after(5):
-        await gone(at_work["pid"])
+    await gone(at_work["pid"])
     assert hold.exists()
 
 
 async def test_a_worker_that_starts_while_another_is_there_stays_behind_it():
-    limits = {"memory_bytes": 2**32, "recycle_bytes": 2**30, "warm_deadline_s": 60}
-    engine, told = Engine(1, spares=1, warm=warm_and_tell, **limits), []
-    engine.start()
+    limits = {"memory_bytes": 2**32, "recycle_bytes": 2**30, "warm_deadline_s": PATIENCE}
+    pool, told = WorkerPool(1, spares=1, warm=warm_and_report_niceness, **limits), []
+    pool.start()
     try:
-        with anyio.fail_after(30):
-            for _ in range(2):
-                while engine.warmth is None:
-                    await anyio.sleep(0.005)
-                told.append(engine.warmth.hands[0]["niceness"])
-                engine.warmth = None
+        for _ in range(2):
+            await until(lambda: pool.warm_up is not None)
+            told.append(pool.warm_up.hands[0]["niceness"])
+            pool.warm_up = None
     finally:
-        await engine.stop()
+        await pool.stop()
     assert told == [os.nice(0), max(10, os.nice(0))]
 
 
 async def test_the_newest_is_done_first(start, tmp_path, hold):
     async with start(tmp_path, workers=1, spare_workers=1) as api:
         await exists(tmp_path / f"{await upload(api, 5)}.decomposing")
-        older, newer = [tmp_path / f"{await upload(api, edge)}.decomposing" for edge in (6, 7)]
+        older, newer = [await upload(api, edge) for edge in (6, 7)]
         hold.unlink()
-        await appears(older)
-        assert newer.stat().st_mtime_ns <= older.stat().st_mtime_ns
+        await appears(tmp_path / f"{older}.decomposing")
+        order = (tmp_path / "decomposed").read_text().split()
+        assert order[1:] == [newer, older]
 
 
 async def test_a_run_has_its_small_picture_before_anybody_asks(start, tmp_path):
     async with start(tmp_path, workers=1, spare_workers=1) as api:
-        storage = api.app.state.runtime.storage
-        unrecorded, job_id = await api.queue(UNRECORDED), await api.queue(FINE)
+        without, job_id = await api.queue(FINE, recording=False), await api.queue(FINE)
         await api.ended(job_id)
-        await appears(storage.view(job_id, 1, "thumbnail.webp"))
-        assert storage.view(job_id, 1, "thumbnail.webp").read_bytes() == b"thumbnail.webp"
-        assert not storage.view(unrecorded, 1, "thumbnail.webp").exists()
-        assert not storage.view(job_id, 1, "recording.rrd").exists()
+        await appears(api.storage.view(job_id, 1, "thumbnail.webp"))
+        assert api.storage.view(job_id, 1, "thumbnail.webp").read_bytes() == b"thumbnail.webp"
+        assert not api.storage.job_folder(without).exists()
+        assert not api.storage.view(job_id, 1, "recording.rrd").exists()
 
 
 @pytest.mark.parametrize("deleted", ["nothing", "run", "object", "run while it is drawn"])
 def test_nothing_is_drawn_of_what_was_deleted(tmp_path, deleted):
     storage = Storage(tmp_path)
-    order = ViewOrder("thumbnail.webp", "job", 1, "object", "an object", None)
-    for needed, owner in ((storage.traces("job"), "run"), (storage.shape("object"), "object")):
-        needed.parent.mkdir(parents=True, exist_ok=True)
-        if owner != deleted:
-            needed.touch()
+    task = RenderTask("thumbnail.webp", "job", 1, "an object", JobCreate(object_id="object"), RESULT)
+    storage.shape("object").parent.mkdir(parents=True)
+    if deleted != "object":
+        storage.shape("object").touch()
+    if deleted != "run":
+        storage.job_folder("job").mkdir(parents=True)
     storage.staging.mkdir()
 
-    def draw_slowly(storage: Storage, order: ViewOrder) -> None:
+    def render_slowly(storage: Storage, task: RenderTask) -> None:
         if deleted == "run while it is drawn":
-            storage.remove_job(order.job_id)
-        draw(storage, order)
+            storage.remove_job(task.job_id)
+        render(storage, task)
 
-    draw_in_advance(draw_slowly, storage, order)
+    render_in_advance(render_slowly, storage, task)
     assert storage.view("job", 1, "thumbnail.webp").exists() == (deleted == "nothing")
-    assert storage.job_folder("job").exists() == (deleted in ("nothing", "object", "run"))
+    assert storage.job_folder("job").exists() == (deleted in ("nothing", "object"))
+    assert list(storage.staging.iterdir()) == []
 
 
 def test_what_stands_for_a_run_is_the_first_grasp_that_held():

@@ -61,7 +61,7 @@ async def jobs_per_second_without_http(workers: int, jobs: int, starts: int) -> 
                         request = JobCreate(
                             object_id=mesh.content_hash, starts=starts, seed=seed, top_k=1, recording=False
                         )
-                        task = PlanTask("can", request, deadline_s=60)
+                        task = PlanTask(f"{seed}", "can", request, deadline_s=60)
                         await lease.worker.run(functions.plan, storage, task, deadline_s=60)
 
             began = time.monotonic()

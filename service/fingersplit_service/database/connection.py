@@ -82,6 +82,9 @@ class Database:
         except sa.exc.DatabaseError as error:
             self.close()
             raise StorageUnavailable(f"The database cannot be opened: {error.orig}") from error
+        except Exception:
+            self.close()
+            raise
 
     def close(self) -> None:
         """Finish what was asked for and close the connections."""

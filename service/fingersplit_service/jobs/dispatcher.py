@@ -147,7 +147,7 @@ class Dispatcher:
             outcome = await lease.worker.run(
                 self._functions.plan,
                 self._storage,
-                PlanTask(job.object_name, JobCreate.model_validate_json(job.request), deadline),
+                PlanTask(job.id, job.object_name, JobCreate.model_validate_json(job.request), deadline),
                 deadline_s=deadline,
                 on_report=lambda report: self._note(job, report),
             )
@@ -193,6 +193,7 @@ class Dispatcher:
         if outcome.best_rank is None or not request.recording:
             return
         task = RenderTask("thumbnail.webp", job.id, outcome.best_rank, job.object_name, request, outcome.row.result)
+        self._storage.job_folder(job.id).mkdir(parents=True, exist_ok=True)  # a view is made only where it is there
         self._pool.run_idly(
             render_in_advance,
             self._functions.render,

@@ -80,18 +80,22 @@ class Subscription:
 
 
 class Notifier:
-    """All subscriptions of this process, and the progress of running jobs, which no table has."""
+    """All subscriptions of this process, and the progress of running jobs, which no table has.
+
+    Attributes:
+        closed: Whether the service stops, so that nothing can be waited for.
+    """
 
     def __init__(self) -> None:
         self._subscriptions: defaultdict[str, set[Subscription]] = defaultdict(set)
         self._latest: dict[str, Change] = {}
-        self._closed = False
+        self.closed = False
 
     @contextmanager
     def subscribe(self, job_id: str) -> Iterator[Subscription]:
         """Follow a job; begin before reading its state, and no change is missed."""
         subscription = Subscription()
-        if self._closed:
+        if self.closed:
             subscription.put(None)
         self._subscriptions[job_id].add(subscription)
         try:
@@ -125,13 +129,14 @@ class Notifier:
         """The last change of a job that runs here."""
         return self._latest.get(job_id)
 
-    def subscribers(self, job_id: str) -> int:
-        """How many follow a job."""
-        return len(self._subscriptions.get(job_id, ()))
+    @property
+    def waiting(self) -> int:
+        """Number of open subscriptions."""
+        return sum(map(len, self._subscriptions.values()))
 
     def close(self) -> None:
         """End all subscriptions: the service stops."""
-        self._closed = True
+        self.closed = True
         for subscriptions in self._subscriptions.values():
             for subscription in subscriptions:
                 subscription.put(None)

@@ -27,11 +27,13 @@ class PlanTask:
     """A job for a worker.
 
     Attributes:
+        job_id: The job.
         object_name: Name of the object for people.
         request: What was asked for.
         deadline_s: When the worker will be killed [s].
     """
 
+    job_id: str
     object_name: str
     request: JobCreate
     deadline_s: float

@@ -23,6 +23,11 @@ class Turns(Generic[Given]):
         self._waiting: OrderedDict[str, deque[asyncio.Future[Given]]] = OrderedDict()
         self._last_was_answer = False
 
+    @property
+    def answers(self) -> int:
+        """How many wait, the queue of jobs not counted."""
+        return sum(not future.done() for client, queue in self._waiting.items() if client != JOBS for future in queue)
+
     def wait(self, client: str) -> "asyncio.Future[Given]":
         """Stand in the queue of a client; cancel what is returned to leave it."""
         future: asyncio.Future[Given] = asyncio.get_running_loop().create_future()

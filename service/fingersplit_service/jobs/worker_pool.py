@@ -2,6 +2,7 @@
 
 import asyncio
 import logging
+import time
 from collections import OrderedDict, deque
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
@@ -59,6 +60,7 @@ class WorkerPool:
         warm: Runs first in each new process.
         warm_deadline_s: Its longest time [s].
         silence_s: A process that the system reports as stopped for so long is killed [s].
+        observe_wait: Called with the time that each answer waited for a worker [s].
 
     Attributes:
         warm_up: What ``warm`` returned last; None until the first worker is warm.
@@ -75,11 +77,12 @@ class WorkerPool:
         warm: Callable[[], WarmUpReport],
         warm_deadline_s: float,
         silence_s: float = 5.0,
+        observe_wait: Callable[[float], object] = bool,
     ) -> None:
         self.warm_up: WarmUpReport | None = None
         self.restarts = {"died": 0, "killed": 0, "grown": 0, "stopped": 0}
         self._warm, self._warm_deadline_s, self._recycle_bytes = warm, warm_deadline_s, recycle_bytes
-        self._workers, self._silence_s = workers, silence_s
+        self._workers, self._silence_s, self._observe_wait = workers, silence_s, observe_wait
         self._slots = [WorkerSlot(memory_bytes) for _ in range(workers + spares)]
         self._free: list[WorkerSlot] = []
         self._objects: dict[WorkerSlot, OrderedDict[str, None]] = {slot: OrderedDict() for slot in self._slots}
@@ -110,6 +113,11 @@ class WorkerPool:
     def busy_workers(self) -> int:
         """Number of workers that are in use."""
         return self._active
+
+    @property
+    def waiting_answers(self) -> int:
+        """Number of owners' requests that wait for a worker."""
+        return self._turns.answers
 
     def start(self) -> None:
         """Begin to start the processes, the spare ones once the others are warm."""
@@ -154,7 +162,9 @@ class WorkerPool:
         object_id: str | None = None,
     ) -> Returned:
         """Run what an owner waits for in the next free worker; arguments and errors as `WorkerSlot.run`."""
+        began = time.monotonic()
         async with self.worker(owner) as lease:
+            self._observe_wait(time.monotonic() - began)
             if object_id is not None:
                 lease.prefer(object_id)
             return await lease.worker.run(function, *arguments, deadline_s=deadline_s)

@@ -5,6 +5,7 @@ import shutil
 
 from fingersplit_service.database.jobs import JobStore
 from fingersplit_service.jobs.errors import WorkersNotReady
+from fingersplit_service.jobs.notifier import Notifier
 from fingersplit_service.jobs.worker_pool import WorkerPool
 from fingersplit_service.operations.metrics import Metrics
 from fingersplit_service.storage import Storage
@@ -25,11 +26,15 @@ class HealthService:
         jobs: The table of jobs.
         pool: The workers.
         storage: The data directory.
+        notifier: Who waits.
         metrics: What is counted.
     """
 
-    def __init__(self, jobs: JobStore, pool: WorkerPool, storage: Storage, metrics: Metrics) -> None:
-        self._jobs, self._pool, self._storage, self._metrics = jobs, pool, storage, metrics
+    def __init__(
+        self, jobs: JobStore, pool: WorkerPool, storage: Storage, notifier: Notifier, metrics: Metrics
+    ) -> None:
+        self._jobs, self._pool, self._storage = jobs, pool, storage
+        self._notifier, self._metrics = notifier, metrics
 
     async def check(self) -> int:
         """Number of warm workers, if jobs are accepted and start without delay.
@@ -49,4 +54,4 @@ class HealthService:
 
     async def metrics(self) -> bytes:
         """The text that Prometheus reads."""
-        return self._metrics.expose(self._pool, await self._jobs.counts())
+        return self._metrics.expose(self._pool, self._notifier, await self._jobs.counts())

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 from prometheus_client import CONTENT_TYPE_LATEST, CollectorRegistry, Counter, Gauge, Histogram, generate_latest
 
 if TYPE_CHECKING:
+    from fingersplit_service.jobs.notifier import Notifier
     from fingersplit_service.jobs.outcome import JobOutcome
     from fingersplit_service.jobs.worker_pool import WorkerPool
 
@@ -25,6 +26,7 @@ class Metrics:
         stages: Time of the planner's stages [s].
         ended: Jobs by final state.
         verifications: Simulated grasps by outcome.
+        answers_waited: Time that requests waited for a worker [s].
     """
 
     def __init__(self) -> None:
@@ -49,6 +51,16 @@ class Metrics:
         self.verifications = Counter(
             "fingersplit_verifications", "Simulated grasps by outcome.", ["outcome"], registry=registry
         )
+        self.answers_waited = Histogram(
+            "fingersplit_answer_wait_seconds",
+            "Time that requests waited for a worker.",
+            buckets=_BUCKETS,
+            registry=registry,
+        )
+        self._waiting = Gauge("fingersplit_waiting_requests", "Requests that wait for a job.", registry=registry)
+        self._waiting_answers = Gauge(
+            "fingersplit_waiting_answers", "Requests that wait for a worker.", registry=registry
+        )
         self._jobs = Gauge("fingersplit_jobs", "Jobs that have not ended.", ["state"], registry=registry)
         self._workers = Gauge("fingersplit_workers", "Worker processes.", ["state"], registry=registry)
         self._restarts = Gauge(
@@ -65,10 +77,12 @@ class Metrics:
         for held in outcome.simulated:
             self.verifications.labels("held" if held else "failed").inc()
 
-    def expose(self, pool: "WorkerPool", jobs: dict[str, int]) -> bytes:
+    def expose(self, pool: "WorkerPool", notifier: "Notifier", jobs: dict[str, int]) -> bytes:
         """The text that Prometheus reads; the numbers of jobs and workers are those of now."""
         for state, count in jobs.items():
             self._jobs.labels(state).set(count)
+        self._waiting.set(notifier.waiting)
+        self._waiting_answers.set(pool.waiting_answers)
         self._workers.labels("warm").set(pool.warm_workers)
         self._workers.labels("spare").set(pool.spare_workers)
         self._workers.labels("busy").set(pool.busy_workers)

@@ -1,6 +1,6 @@
 """What workers run in place of the planner: a canned plan, and every way a job can go wrong.
 
-The seed of a job says how it goes; the module is imported by worker processes too.
+The hand that a job names says how it goes; the module is imported by worker processes too.
 """
 
 import json
@@ -8,103 +8,68 @@ import os
 import signal
 import threading
 import time
-from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from fingersplit_service.findings import Finding
-from fingersplit_service.jobs.planning import JobOrder, JobOutcome
-from fingersplit_service.jobs.tasks import Tasks, Warmth, export_mesh, import_grasps, inspect_object
-from fingersplit_service.jobs.views import ExportedFile, ViewOrder
+from fingersplit_client.schemas import JobCreate, ParallelGraspsGenerate
+from fingersplit_service.jobs.outcome import JobOutcome, JobResultRow
+from fingersplit_service.jobs.planning import PlanTask
+from fingersplit_service.jobs.rendering import ExportedFile, RenderTask
 from fingersplit_service.jobs.worker import report_progress
+from fingersplit_service.jobs.worker_functions import (
+    WarmUpReport,
+    WorkerFunctions,
+    export_mesh,
+    import_grasps,
+    inspect_object,
+)
 from fingersplit_service.storage import Storage
 
-(
-    FINE,
-    DIES,
-    DIES_ONCE,
-    HANGS,
-    HANGS_ONCE,
-    RAISES,
-    TOO_MUCH_MEMORY,
-    WAITS,
-    NO_GRASP,
-    UNRECORDED,
-    SHORT,
-    DIES_RECORDING,
-    RECORDED_LATE,
-) = range(13)
+FINE = "barrett"
+DIES, DIES_ONCE, HANGS, HANGS_ONCE = "dies", "dies_once", "hangs", "hangs_once"
+RAISES, TOO_MUCH_MEMORY, WAITS, NO_GRASP = "raises", "too_much_memory", "waits", "no_grasp"
+HOWS = (FINE, DIES, DIES_ONCE, HANGS, HANGS_ONCE, RAISES, TOO_MUCH_MEMORY, WAITS, NO_GRASP)
 
 HAND = {
-    "name": "barrett",
     "title": "A hand",
     "fingers": [{"name": "finger1", "joints": ["finger1_base"], "pad_radius": 0.01}],
     "joints": [{"name": "finger1_base", "lower": 0.0, "upper": 2.4}],
 }
 PICTURE = b"\x89PNG\r\n\x1a\n"
-_how: dict[str, int] = {}  # how the jobs go that are still to be recorded
 
 
-def warm() -> Warmth:
-    return Warmth([HAND])
+def warm() -> WarmUpReport:
+    return WarmUpReport([HAND | {"name": how} for how in HOWS])
 
 
-def warm_and_tell() -> Warmth:
+def warm_and_report_niceness() -> WarmUpReport:
     """The niceness of the start in place of the hands."""
-    return Warmth([{"niceness": os.getpriority(os.PRIO_PROCESS, threading.get_native_id())}])
+    return WarmUpReport([{"niceness": os.getpriority(os.PRIO_PROCESS, threading.get_native_id())}])
 
 
-def plan(storage: Storage, order: JobOrder) -> JobOutcome:
-    asked = json.loads(order.request)
+def plan(storage: Storage, task: PlanTask) -> JobOutcome:
     report_progress("splitting", 0.5)
-    _go(asked["seed"], storage.root / f"{order.job_id}.first", storage.root / "go")
-    document = result_document(order.object_id, order.object_name, asked)
-    finding = Finding(
+    _go(task.request.hand, storage, task.job_id)
+    document = result_document(task.object_name, task.request)
+    row = JobResultRow(
         result=json.dumps(document),
         grasps=len(document["grasps"]),
         feasible=document["summary"]["feasible"],
         verified=0,
         holding_margin=document["grasps"][0]["metrics"]["holding_margin"],
     )
-    _how[order.job_id] = asked["seed"]
-    return JobOutcome(finding, document["timings_ms"], (True, False), 1, asked["recording"])
+    return JobOutcome(row, document["timings_ms"], (True, False), 1)
 
 
-def record(storage: Storage, job_id: str) -> list[str]:
-    how, traces = _how.pop(job_id), storage.traces(job_id)
-    if how == UNRECORDED:
-        return ["What pictures and recordings need could not be written: No space left on device."]
-    if how == DIES_RECORDING:
-        os.kill(os.getpid(), signal.SIGKILL)
-    while how == RECORDED_LATE and not (storage.root / "go").exists():
-        time.sleep(0.01)
-    traces.parent.mkdir(parents=True, exist_ok=True)
-    write_traces(traces, [(2, [0.1, 0, 0, 0], [0.0, 1e-3]), (0, [0.2, 0, 0, 0], [2e-3, 0.0])])
-    return []
+def generate(_storage: Storage, _object_id: str, request: ParallelGraspsGenerate) -> list[dict[str, Any]]:
+    z = 0.001 * request.seed
+    return [{"contacts": [[0.03, 0.0, z], [-0.03, 0.0, z]], "approach": [0, 0, -1]}] * request.count
 
 
-def write_traces(traces: Path, states: list[tuple[int, list[float], list[float]]]) -> None:
-    """Traces of one grasp: phase, scores and residuals of each state."""
-    about = {
-        "hand": "barrett",
-        "phase_names": ["cpo", "ppo", "map"],
-        "grasps": {"1": {"title": "A grasp", "simulations": {}}},
-    }
-    trace = np.array(states, [("phases", int), ("scores", float, 4), ("residuals", float, 2)])
-    texts = {"about": about, "result": {"grasps": [{"rank": 1}]}}
-    coded = {name: np.frombuffer(json.dumps(text).encode(), dtype=np.uint8) for name, text in texts.items()}
-    np.savez(traces, **coded, **{"1/trace": trace})
-
-
-def generate(_storage: Storage, _object_id: str, asked: dict[str, Any]) -> list[dict[str, Any]]:
-    z = 0.001 * asked["seed"]
-    return [{"contacts": [[0.03, 0.0, z], [-0.03, 0.0, z]], "approach": [0, 0, -1]}] * asked["count"]
-
-
-def _go(how: int, first: Path, go: Path) -> None:
-    again = first.exists()
-    first.touch()
+def _go(how: str, storage: Storage, job_id: str) -> None:
+    """Note that the job has begun, and let it go as its hand says."""
+    begun = storage.root / f"{job_id}.begun"
+    again = begun.exists()
+    begun.touch()
     if how == DIES or (how == DIES_ONCE and not again):
         os.kill(os.getpid(), signal.SIGKILL)
     elif how == HANGS or (how == HANGS_ONCE and not again):
@@ -114,15 +79,16 @@ def _go(how: int, first: Path, go: Path) -> None:
     elif how == TOO_MUCH_MEMORY:
         bytearray(10**15)
     elif how == WAITS:
-        while not go.exists():
+        while not (storage.root / "go").exists():
             time.sleep(0.01)
-    elif how == SHORT:
-        time.sleep(0.3)
 
 
-def draw(storage: Storage, order: ViewOrder) -> None:
-    with storage.atomic(storage.view(order.job_id, order.rank, order.name)) as staged:
-        staged.write_bytes(PICTURE + bytes([order.rank]) if order.name == "picture.png" else order.name.encode())
+def render(storage: Storage, task: RenderTask) -> None:
+    curve = {"phases": ["map", "cpo"], "quality": [0.1, 0.2], "residual": [1e-3, 2e-3]}
+    content = {"picture.png": PICTURE + bytes([task.rank]), "curve.json": json.dumps(curve).encode()}
+    assert json.loads(task.result)["grasps"][task.rank - 1]["rank"] == task.rank
+    with storage.atomic(storage.view(task.job_id, task.rank, task.name), make_folder=False) as staged:
+        staged.write_bytes(content.get(task.name, task.name.encode()))
 
 
 def convert(result: str, format_name: str, rank: int | None) -> ExportedFile:
@@ -131,7 +97,9 @@ def convert(result: str, format_name: str, rank: int | None) -> ExportedFile:
 
 
 def decompose(storage: Storage, object_id: str) -> None:
-    """Say what runs where at which priority, and wait while there is a file ``hold``."""
+    """Say what runs where at which priority and in which order, and wait while there is a file ``hold``."""
+    with (storage.root / "decomposed").open("a") as order:
+        order.write(f"{object_id}\n")
     priority = os.getpriority(os.PRIO_PROCESS, threading.get_native_id())
     staged = storage.staged(".json")
     staged.write_text(json.dumps({"pid": os.getpid(), "priority": priority}))
@@ -140,22 +108,21 @@ def decompose(storage: Storage, object_id: str) -> None:
         time.sleep(0.01)
 
 
-TASKS = Tasks(
+FUNCTIONS = WorkerFunctions(
     warm=warm,
     inspect=inspect_object,
     decompose=decompose,
     generate=generate,
     import_grasps=import_grasps,
     plan=plan,
-    record=record,
-    draw=draw,
+    render=render,
     export=export_mesh,
     convert=convert,
 )
 
 
-def result_document(object_id: str, object_name: str, asked: dict[str, Any]) -> dict[str, Any]:
-    feasible = asked["seed"] != NO_GRASP
+def result_document(object_name: str, request: JobCreate) -> dict[str, Any]:
+    feasible = request.hand != NO_GRASP
     contact = {
         "finger": "finger1",
         "position": [0.03, 0.0, 0.0],
@@ -202,9 +169,9 @@ def result_document(object_id: str, object_name: str, asked: dict[str, Any]) -> 
         "verification": None,
     }
     return {
-        "hand": asked["hand"],
+        "hand": request.hand,
         "object": {
-            "id": object_id,
+            "id": request.object_id,
             "name": object_name,
             "extents": [0.06, 0.06, 0.12],
             "volume": 4e-4,
@@ -215,13 +182,14 @@ def result_document(object_id: str, object_name: str, asked: dict[str, Any]) -> 
             "inertia": [[1e-4, 0.0, 0.0], [0.0, 1e-4, 0.0], [0.0, 0.0, 1e-4]],
             "seen": 1.0,
         },
-        "seed": asked["seed"],
-        "starts": asked["starts"],
+        "seed": request.seed,
+        "starts": request.starts,
+        "friction": 0.6,
         "summary": {
-            "started": asked["starts"],
+            "started": request.starts,
             "feasible": int(feasible),
             "terminations": {grasp["termination"]: 1},
-            "message": f"{int(feasible)} of {asked['starts']} starts ended in a feasible grasp.",
+            "message": f"{int(feasible)} of {request.starts} starts ended in a feasible grasp.",
         },
         "timings_ms": {"parallel_grasps": 1.0, "mapping": 1.0, "splitting": 1.0, "ranking": 1.0, "total": 4.0},
         "grasps": [grasp],
