@@ -1,9 +1,7 @@
 """A result document as exporters read it, with what every exported grasp must say of its origin."""
 
-import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cache
 from typing import Any, Self
 
 import numpy as np
@@ -13,7 +11,7 @@ from fingersplit.errors import ExchangeError
 from fingersplit.hands.hand import Hand, load_hand
 from fingersplit.transforms import pose_matrix, rotation_from_wxyz
 
-__all__ = ["HandPlacement", "ResultGrasp", "Results", "hand_description_hash"]
+__all__ = ["HandPlacement", "ResultGrasp", "Results"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,7 +106,7 @@ class Results:
         return {
             "generator": "fingersplit",
             "hand": self.hand.name,
-            "hand_description_sha256": hand_description_hash(self.hand.name),
+            "hand_description_sha256": self.hand.sha256,
             "hand_frame": self.hand.palm,
             "object": self.object_name,
             "object_id": self.object_id,
@@ -116,17 +114,6 @@ class Results:
             "joint_names": list(self.hand.joint_names),
             "units": "m, rad",
         }
-
-
-@cache
-def hand_description_hash(name: str) -> str:
-    """SHA-256 over the names and contents of the files that describe a hand, 64 hex digits."""
-    folder = load_hand(name).mjcf.parent
-    digest = hashlib.sha256()
-    for path in sorted(path for path in folder.rglob("*") if path.is_file() and path.suffix != ".pyc"):
-        digest.update(path.relative_to(folder).as_posix().encode() + b"\0")
-        digest.update(hashlib.sha256(path.read_bytes()).digest())
-    return digest.hexdigest()
 
 
 def _grasp(hand: Hand, document: Mapping[str, Any]) -> ResultGrasp:

@@ -1,26 +1,32 @@
-"""A hand: its joints, fingers, pads and shapes, read from one folder of MJCF and description."""
+"""A hand: its joints, fingers, pads and shapes, compiled from a description and the model beside it."""
 
-import tomllib
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache, cached_property
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import trimesh
 from numpy.typing import ArrayLike, NDArray
 
-from fingersplit.errors import UnknownHandError
+from fingersplit.errors import HandError
+from fingersplit.hands.collision_shapes import convex_solids, planning_shapes
+from fingersplit.hands.couplings import read_coupling
+from fingersplit.hands.description import GripDescription, HandDescription
+from fingersplit.hands.files import HandFiles, available_hands, find_hand
+from fingersplit.hands.fingers import Chain, Pad, read_fingers
+from fingersplit.hands.gripper import Gripper, driver_angles, read_gripper
 from fingersplit.hands.kinematics_kernel import move_fingers, place_shape
 from fingersplit.hands.limits import MAX_CHAIN_JOINTS
-from fingersplit.hands.mjcf import read_mjcf
+from fingersplit.hands.model import HandModel
+from fingersplit.hands.record import active_drivers, hand_record
 from fingersplit.hands.records import POSE
 from fingersplit.hands.shapes import shape_mesh
+from fingersplit.hands.simulation import hand_spec
+from fingersplit.hands.tree import Tree, compile_model, read_tree
 from fingersplit.transforms import pose_matrix, transform_points
 
-__all__ = ["Finger", "Gripper", "Hand", "available_hands", "load_hand"]
-
-_FOLDER = Path(__file__).parent
+__all__ = ["Finger", "Gripper", "Hand", "available_hands", "compile_hand", "load_hand"]
 
 
 @dataclass(frozen=True)
@@ -32,77 +38,113 @@ class Finger:
     pad_radius: float
 
 
-class Gripper(NamedTuple):
-    """The parallel gripper that a hand imitates when it takes over a two-contact grasp; kernels read it as it is.
-
-    Attributes:
-        groups: For each finger the jaw it belongs to (0 or 1), (F,) int64.
-        palm_from_gripper: Rotation with columns lateral, jaw (from jaw 1 to jaw 0) and approach axis, (3, 3).
-        center: Jaw centre along the lateral and the jaw axis, (2,) [m].
-        standoff: Lowest and highest jaw centre along the approach axis [m].
-        opening: Least and largest distance of the two jaw contacts [m].
-        preshapes: Joint angles from which the mapping starts, (n_preshapes, N) [rad].
-    """
-
-    groups: NDArray[np.int64]
-    palm_from_gripper: NDArray[np.float64]
-    center: NDArray[np.float64]
-    standoff: tuple[float, float]
-    opening: tuple[float, float]
-    preshapes: NDArray[np.float64]
-
-
 @dataclass(frozen=True, eq=False)
 class Hand:
-    """A multi-fingered hand as data.
+    """A multi-fingered hand as data, with the fingers that grasp; others are parked.
 
     Attributes:
-        name: Name of its folder, as requests use it.
+        name: Name of its folder or archive, as requests use it.
         title: Maker and model for people.
-        joint_names: Joints in the order of every joint vector, (N,).
-        shape_names: Collision primitives in the order of ``arrays.shape_kinds``.
-        fingers: The fingers, in the order of every per-finger array.
-        gripper: How the hand imitates a parallel gripper.
-        torque_limits: Largest torque of each joint, (N,) [N m].
-        arrays: The same hand for kernels, a ``hands.kernel.HAND`` record.
-        mjcf: The file that describes its bodies, for simulation.
-        palm: Name of the palm's body in that file.
+        sha256: Hash of the description and the model files, 64 hex digits.
+        description: What the hand was compiled from.
+        model: Links, joints, couplings and solids.
+        chains: All fingers, active or not.
+        fingers: The active fingers, in the order of every per-finger array.
+        pads: The pad of each active finger.
+        gripper: How the active fingers imitate a parallel gripper.
+        drivers: Drivers of the active fingers, by their place in ``model.coupling``, (A,).
+        arrays: The same hand for kernels, a ``HAND`` record.
+        grips: The same hand for every set of active fingers, the preferred one first; itself among them.
     """
 
     name: str
     title: str
-    joint_names: tuple[str, ...]
-    shape_names: tuple[str, ...]
+    sha256: str
+    description: HandDescription
+    model: HandModel
+    chains: tuple[Chain, ...]
     fingers: tuple[Finger, ...]
+    pads: tuple[Pad, ...]
     gripper: Gripper
-    torque_limits: NDArray[np.float64]
+    drivers: tuple[int, ...]
     arrays: np.record
-    mjcf: Path
-    palm: str
+    _siblings: list["Hand"] = field(default_factory=list, repr=False)
+
+    @property
+    def grips(self) -> tuple["Hand", ...]:
+        """The same hand for every set of active fingers, the preferred one first; itself among them."""
+        return tuple(self._siblings)
+
+    @property
+    def palm(self) -> str:
+        """Name of the palm's body."""
+        return self.model.links[0].name
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Joints in the order of every joint vector, (N,)."""
+        return self.model.joint_names
+
+    @property
+    def driver_names(self) -> tuple[str, ...]:
+        """Joints of active fingers that motors turn, (A,)."""
+        return tuple(self.model.coupling.drivers[a] for a in self.drivers)
+
+    @property
+    def shape_names(self) -> tuple[str, ...]:
+        """Collision primitives in the order of ``arrays.shape_kinds``."""
+        return tuple(shape.name for shape in self.model.shapes)
 
     @property
     def lower(self) -> NDArray[np.float64]:
-        """Lower joint limits, (N,) [rad]."""
+        """Lower joint limits, (N,) [rad]; of a parked joint where it is parked."""
         return np.asarray(self.arrays.lower[: self.arrays.joint_count])
 
     @property
     def upper(self) -> NDArray[np.float64]:
-        """Upper joint limits, (N,) [rad]."""
+        """Upper joint limits, (N,) [rad]; of a parked joint where it is parked."""
         return np.asarray(self.arrays.upper[: self.arrays.joint_count])
+
+    @property
+    def torque_limits(self) -> NDArray[np.float64]:
+        """Largest torque of each driver of the active fingers, (A,) [N m]."""
+        limits = self.model.coupling.torque_limits[list(self.drivers)]
+        limits.setflags(write=False)
+        return limits
+
+    @cached_property
+    def parked_links(self) -> tuple[str, ...]:
+        """Bodies of the fingers that are not active."""
+        active = {j for finger in self.fingers for j in map(self.joint_names.index, finger.joint_names)}
+        links = range(1, len(self.model.links))
+        moving = [[j for link in self.model.path(i) for j in self.model.links[link].joints] for i in links]
+        return tuple(
+            self.model.links[i].name
+            for i, joints in zip(links, moving, strict=True)
+            if joints and joints[-1] not in active
+        )
 
     @cached_property
     def finger_torque_limits(self) -> NDArray[np.float64]:
-        """Largest torque of each finger's joints, infinite beyond its last, (F, MAX_CHAIN_JOINTS) [N m]."""
+        """Largest torque of each finger's joints from the palm outwards, infinite beyond, (F, MAX_CHAIN_JOINTS) [N m].
+
+        A driver's limit stands at the driver's own joint; what a driven joint adds is left out.
+        """
+        by_joint = dict(zip(self.driver_names, self.torque_limits, strict=True))
         limits = np.full((len(self.fingers), MAX_CHAIN_JOINTS), np.inf)
-        for f, count in enumerate(self.arrays.joint_counts[: len(self.fingers)]):
-            limits[f, :count] = self.torque_limits[self.arrays.joint_indices[f, :count]]
+        for f, finger in enumerate(self.fingers):
+            limits[f, : len(finger.joint_names)] = [by_joint.get(name, np.inf) for name in finger.joint_names]
         return limits
+
+    def spec(self) -> Any:
+        """A fresh ``MjSpec`` of the hand: links, hinges, solids, couplings; no actuators."""
+        return hand_spec(self.model)
 
     def pose(self, joints: ArrayLike, object_from_palm: ArrayLike | None = None) -> np.record:
         """Links, pads and Jacobians at ``joints`` (N,) [rad], in the palm frame or the frame given by a (4, 4) pose.
 
         Returns:
-            A record with the fields of ``hands.kernel.POSE_FIELDS``.
+            A record with the fields of ``hands.records.POSE_FIELDS``.
         """
         pose: np.record = np.rec.array(np.zeros(1, POSE))[0]
         pose.joints[: self.arrays.joint_count] = joints
@@ -136,76 +178,137 @@ class Hand:
         ]
 
     def named(self, joints: NDArray[np.float64]) -> dict[str, float]:
-        """Joint angles (N,) by joint name."""
-        return dict(zip(self.joint_names, joints.tolist(), strict=True))
+        """Joint angles (N,) by joint name, or numbers (A,) by driver name."""
+        names = self.joint_names if len(joints) == len(self.joint_names) else self.driver_names
+        return dict(zip(names, joints.tolist(), strict=True))
 
     def to_document(self) -> dict[str, Any]:
         """Name, title, fingers and joints with their limits [rad], as plain JSON data."""
+        names = self.joint_names
         return {
             "name": self.name,
             "title": self.title,
             "fingers": [
-                {"name": finger.name, "joints": list(finger.joint_names), "pad_radius": finger.pad_radius}
-                for finger in self.fingers
+                {
+                    "name": chain.name,
+                    "joints": [names[j] for j in chain.joints],
+                    "pad_radius": float(chain.pads[0].radius),
+                }
+                for chain in self.chains
             ],
             "joints": [
-                {"name": name, "lower": float(low), "upper": float(high)}
-                for name, low, high in zip(self.joint_names, self.lower, self.upper, strict=True)
+                {"name": joint.name, "lower": float(joint.lower), "upper": float(joint.upper)}
+                for joint in self.model.joints
             ],
         }
 
 
-def available_hands() -> tuple[str, ...]:
-    """Names of the hands that can be planned for."""
-    return tuple(sorted(description.parent.name for description in _FOLDER.glob("*/hand.toml")))
+def load_hand(source: str | Path) -> Hand:
+    """A hand by its name, its folder or its zip; loaded once as long as its files stay the same.
+
+    Raises:
+        UnknownHandError: Neither a name nor anything on disk; the message lists the known names.
+        HandError: Files that describe no hand that can be planned with; the message says what to change.
+    """
+    if isinstance(source, str) and source in available_hands():
+        return _shipped(source)
+    return _compiled(_Keyed(find_hand(source)))
 
 
 @cache
-def load_hand(name: str) -> Hand:
-    """The hand of that name.
+def _shipped(name: str) -> Hand:
+    return compile_hand(find_hand(name))
+
+
+class _Keyed:
+    """Files of a hand that are the same when their names and hashes are."""
+
+    def __init__(self, files: HandFiles) -> None:
+        self.files = files
+
+    def __hash__(self) -> int:
+        return hash((self.files.name, self.files.sha256))
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Keyed) and (self.files.name, self.files.sha256) == (
+            other.files.name,
+            other.files.sha256,
+        )
+
+
+@cache
+def _compiled(keyed: _Keyed) -> Hand:
+    return compile_hand(keyed.files)
+
+
+def compile_hand(files: HandFiles) -> Hand:
+    """Compile a hand; the first of its grips is active.
 
     Raises:
-        UnknownHandError: No such hand; the message lists the known ones.
+        HandError: The model and the description are no hand that can be planned with.
     """
-    if name not in available_hands():
-        raise UnknownHandError(name, available_hands())
-    folder = _FOLDER / name
-    description = tomllib.loads((folder / "hand.toml").read_text())
-    model = read_mjcf(folder / "hand.xml", description["palm"], tuple(description["fingers"]))
-    arrays = model.arrays
-    fingers = tuple(
-        Finger(
-            finger,
-            tuple(model.joint_names[j] for j in arrays.joint_indices[f, : arrays.joint_counts[f]]),
-            float(arrays.pad_radii[f]),
-        )
-        for f, finger in enumerate(description["fingers"])
-    )
-    torque_limits = np.array([float(description["torque_limits"][joint]) for joint in model.joint_names])
-    torque_limits.setflags(write=False)
-    return Hand(
-        name=name,
-        title=description["title"],
-        joint_names=model.joint_names,
-        shape_names=model.shape_names,
-        fingers=fingers,
-        gripper=_gripper(description, model.joint_names),
-        torque_limits=torque_limits,
-        arrays=arrays,
-        mjcf=folder / "hand.xml",
-        palm=description["palm"],
-    )
+    try:
+        return _compile(files)
+    except HandError as error:
+        raise HandError(f"{files.name}: {error}") from error
 
 
-def _gripper(description: dict[str, Any], joint_names: tuple[str, ...]) -> Gripper:
-    gripper = description["gripper"]
-    jaw_of_finger = {finger: jaw for jaw, group in enumerate(gripper["groups"]) for finger in group}
-    jaw, approach = np.array(gripper["jaw_axis"]), np.array(gripper["approach_axis"])
-    return Gripper(
-        groups=np.array([jaw_of_finger[finger] for finger in description["fingers"]]),
-        palm_from_gripper=np.column_stack([np.cross(jaw, approach), jaw, approach]),
-        center=np.array(gripper["center"]),
-        standoff=(gripper["standoff"][0], gripper["standoff"][1]),
-        opening=(gripper["opening"][0], gripper["opening"][1]),
-        preshapes=np.array([[preshape[joint] for joint in joint_names] for preshape in description["preshapes"]]),
+def _compile(files: HandFiles) -> Hand:
+    description = files.description
+    compiled, notes = compile_model(files.model, files.root)
+    tree = read_tree(compiled, description)
+    coupling, coupling_notes = read_coupling(compiled, tree, description)
+    solids = convex_solids(tree.collision)
+    model = HandModel(
+        links=tree.links,
+        joints=tree.joints,
+        coupling=coupling,
+        solids=solids,
+        visuals=tree.visuals,
+        shapes=planning_shapes(solids, tree.links, description.shapes.budget),
+        excluded=_excluded(compiled, tree),
+        notes=(*notes, *coupling_notes),
     )
+    chains = read_fingers(compiled, tree, model, description)
+    first = _with_grip(files, model, chains, description.grips[0])
+    siblings = [first, *(_with_grip(files, model, chains, grip) for grip in description.grips[1:])]
+    for hand in siblings:
+        hand._siblings.extend(siblings)
+    return first
+
+
+def _with_grip(files: HandFiles, model: HandModel, chains: tuple[Chain, ...], grip: GripDescription) -> Hand:
+    by_name = {chain.name: chain for chain in chains}
+    active = [by_name[name] for name in (*grip.jaws[0], *grip.jaws[1])]
+    pads = tuple(chain.pads[grip.pads.get(chain.name, 0)] for chain in active)
+    resting = model.joints_from_drivers(driver_angles(model, grip.parked, "parked"))
+    names = model.joint_names
+    hand = Hand(
+        name=files.name,
+        title=files.description.title,
+        sha256=files.sha256,
+        description=files.description,
+        model=model,
+        chains=chains,
+        fingers=tuple(
+            Finger(chain.name, tuple(names[j] for j in chain.joints), float(pad.radius))
+            for chain, pad in zip(active, pads, strict=True)
+        ),
+        pads=pads,
+        gripper=read_gripper(model, grip, active_drivers(model, active)),
+        drivers=tuple(active_drivers(model, active)),
+        arrays=hand_record(model, active, pads, resting),
+    )
+    for array in (model.coupling.torque_limits, model.coupling.matrix, model.coupling.offset):
+        array.setflags(write=False)
+    return hand
+
+
+def _excluded(compiled: Any, tree: Tree) -> frozenset[tuple[int, int]]:
+    """Pairs of links that the model excludes from contact."""
+    pairs = set()
+    for signature in compiled.exclude_signature:
+        links = [tree.link_of_body.get(body) for body in (int(signature) >> 16, int(signature) & 0xFFFF)]
+        if links[0] is not None and links[1] is not None:
+            pairs.add((min(links[0], links[1]), max(links[0], links[1])))
+    return frozenset(pairs)

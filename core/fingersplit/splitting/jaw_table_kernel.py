@@ -25,6 +25,7 @@ def fill_table(hand, preshapes, table, states, work):
         for w in range(len(table.openings)):
             for h in range(len(table.standoffs)):
                 state.joints[:count] = preshapes[p]
+                work.map.joints[:] = state.joints  # joints of no finger stay
                 for iteration in range(ITERATIONS + 1):
                     move_fingers(hand, state)
                     table.errors[p, w, h] = 0.0

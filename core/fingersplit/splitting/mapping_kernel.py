@@ -178,6 +178,7 @@ def _aim(problem, table, p, first, second, lateral, state):
 def _reach(problem, iterations, attached, state, work):
     """Full tracking steps of all fingers towards their contacts, which follow the fingertips when ``attached``."""
     hand = problem.hand
+    work.map.joints[:] = state.joints  # joints of no finger stay
     for _ in range(iterations):
         for finger in range(hand.finger_count):
             error = subtract(pad_target(hand, state, finger), get(state.pads, finger))

@@ -83,8 +83,7 @@ class Scene:
     @classmethod
     def build(cls, hand: Hand, pieces: ConvexPieces) -> Self:
         """Compile the scene of a hand and an object: a few tenths of a second, then good for all grasps."""
-        spec = mujoco.MjSpec.from_file(str(hand.mjcf))
-        chains = finger_chains(spec, hand)
+        spec, chains = hand.spec(), finger_chains(hand)
         mount_hand(spec, hand, chains)
         drive_hand(spec, hand)
         add_object(spec, pieces)

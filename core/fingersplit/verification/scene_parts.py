@@ -41,17 +41,10 @@ _FOUND_FORCE_POSITION, _DISTANCE = 1 | 2 | 16, 8  # data of a contact sensor
 _MIN_DISTANCE, _NET_FORCE = 1, 3  # its ways to reduce many contacts to one
 
 
-def finger_chains(spec: Any, hand: Hand) -> list[list[str]]:
-    """Names of each finger's bodies from the palm outwards, the palm left out."""
-    chains = []
-    for finger in hand.fingers:
-        chain: list[str] = []
-        body = spec.site(f"{finger.name}_pad").parent
-        while body.name != hand.palm:
-            chain.insert(0, body.name)
-            body = body.parent
-        chains.append(chain)
-    return chains
+def finger_chains(hand: Hand) -> list[list[str]]:
+    """Names of each active finger's bodies from the palm outwards, the palm left out."""
+    names = [link.name for link in hand.model.links]
+    return [[names[link] for link in hand.model.path(pad.link)[1:]] for pad in hand.pads]
 
 
 def mount_hand(spec: Any, hand: Hand, chains: list[list[str]]) -> None:

@@ -14,7 +14,7 @@ from fingersplit.formats import EXPORT_FORMATS, export
 from fingersplit.formats.dexgraspbench import read_dexgraspbench
 from fingersplit.formats.isaac_grasp import read_isaac_grasp
 from fingersplit.formats.pickled_npy import dump_npy, load_npy
-from fingersplit.formats.results import hand_description_hash
+from fingersplit.hands import load_hand
 from fingersplit.transforms import pose_matrix, rotation_from_wxyz
 
 
@@ -140,7 +140,7 @@ def provenance(name, data):
 def test_every_format_names_hand_hash_and_frames(document, name, barrett):
     said = provenance(name, export(document, name))
     assert said["hand"] == "barrett"
-    assert said["hand_description_sha256"] == hand_description_hash("barrett")
+    assert said["hand_description_sha256"] == load_hand("barrett").sha256
     assert len(said["hand_description_sha256"]) == 64
     assert (said["hand_frame"], said["object"], said["object_id"]) == ("palm", "mug", "0123abcd")
     assert said["joint_names"] == list(barrett.joint_names)

@@ -1,72 +1,35 @@
-"""Hands are data: an MJCF with other finger and joint counts is read, moved and planned for by the same code."""
+"""Hands are data: a model with other finger and joint counts is read, moved and planned for by the same code."""
 
-from pathlib import Path
+from typing import Any
 
+import mujoco
 import numpy as np
 import pytest
 
-from fingersplit.hands import Finger, Gripper, Hand
-from fingersplit.hands.mjcf import read_mjcf
+from fingersplit.errors import HandError
+from fingersplit.hands import Hand, load_hand
 from fingersplit.planning.planning import plan
-
-FINGERS = ("thumb", "first", "second", "third")
-COUNTS = (2, 3, 4, 2)
-MOUNTS = (("0 -0.05 0.01", -90), ("0.016 0.05 0.01", 90), ("0 0.05 0.01", 90), ("-0.016 0.05 0.01", 90))
+from own_hand import COUNTS, FINGERS, description, hand_mjcf, write_hand
 
 
-def finger_mjcf(name: str, count: int, mount: str, turn: int, joint_offset: str) -> str:
-    """A chain of 90 mm that stands up from the palm and closes with positive angles."""
-    length = 0.09 / count
-    chain = f'<site name="{name}_pad" pos="{length} 0 0" size="0.006" zaxis="0.3 0 1"/>'
-    for number in reversed(range(count)):
-        place = f'pos="{length} 0 0"' if number else 'axisangle="0 -1 0 80"'
-        chain = (
-            f'<body name="{name}_{number}" {place}>'
-            f'<joint name="{name}_{number}" axis="0 -1 0" range="-30 60" pos="{joint_offset}"/>'
-            f'<geom name="{name}_{number}" type="capsule" fromto="0 0 0 {length} 0 0" size="0.006"/>{chain}</body>'
-        )
-    return f'<body pos="{mount}" axisangle="0 0 1 {turn}">{chain}</body>'
+@pytest.fixture
+def own_hand(tmp_path):
+    def build(mjcf: str, described: dict[str, Any] | None = None) -> Hand:
+        return load_hand(write_hand(tmp_path / "own", mjcf, described or description()))
+
+    return build
 
 
-def hand_mjcf(counts: tuple[int, ...] = COUNTS, joint_offset: str = "0 0 0") -> str:
-    fingers = "".join(
-        finger_mjcf(name, count, *mount, joint_offset)
-        for name, count, mount in zip(FINGERS, counts, MOUNTS, strict=True)
-    )
-    return (
-        '<mujoco><compiler angle="degree" autolimits="true"/><worldbody><body name="palm" pos="0.2 0 0.1">'
-        f'<geom name="plate" type="box" size="0.055 0.06 0.01"/>{fingers}</body></worldbody></mujoco>'
-    )
-
-
-def read_hand(folder: Path, mjcf: str) -> Hand:
-    path = folder / "hand.xml"
-    path.write_text(mjcf)
-    model = read_mjcf(path, "palm", FINGERS)
-    arrays, names = model.arrays, model.joint_names
-    fingers = tuple(
-        Finger(name, tuple(names[j] for j in indices[:count]), float(radius))
-        for name, count, indices, radius in zip(
-            FINGERS, arrays.joint_counts, arrays.joint_indices, arrays.pad_radii, strict=False
-        )
-    )
-    gripper = Gripper(
-        groups=np.array([1, 0, 0, 0]),
-        palm_from_gripper=np.column_stack([(1.0, 0, 0), (0, 1.0, 0), (0, 0, 1.0)]),
-        center=np.zeros(2),
-        standoff=(0.05, 0.11),
-        opening=(0.0, 0.12),
-        preshapes=np.full((1, len(names)), 0.1),
-    )
-    limits = np.full(len(names), 0.5)
-    return Hand("own", "Four fingers", names, model.shape_names, fingers, gripper, limits, arrays, path, "palm")
+ACTIVE = ("first", "second", "third", "thumb")
 
 
 @pytest.mark.parametrize("joint_offset", ["0 0 0", "0.004 -0.002 0.003"])
-def test_any_chain_moves_as_in_mujoco(tmp_path, mujoco_hand, joint_offset):
-    hand = read_hand(tmp_path, hand_mjcf(joint_offset=joint_offset))
-    assert hand.arrays.joint_counts.tolist() == [*COUNTS, 0]
-    reference = mujoco_hand(tmp_path / "hand.xml")
+@pytest.mark.parametrize("extra", ["", 'ref="20"'])
+def test_any_chain_moves_as_in_mujoco(tmp_path, own_hand, mujoco_hand, joint_offset, extra):
+    hand = own_hand(hand_mjcf(joint_offset=joint_offset, extra=extra))
+    counts = dict(zip(FINGERS, COUNTS, strict=True))
+    assert hand.arrays.joint_counts[:5].tolist() == [*(counts[name] for name in ACTIVE), 0]
+    reference = mujoco_hand(tmp_path / "own" / "hand.xml")
     rng = np.random.default_rng(3)
     for _ in range(10):
         joints = rng.uniform(hand.lower, hand.upper)
@@ -75,7 +38,7 @@ def test_any_chain_moves_as_in_mujoco(tmp_path, mujoco_hand, joint_offset):
         object_from_palm = np.eye(4)
         object_from_palm[:3, :3], object_from_palm[:3, 3] = palm_rotation, palm_position
         pose = hand.pose(joints, object_from_palm)
-        for f, finger in enumerate(FINGERS):
+        for f, finger in enumerate(ACTIVE):
             position, normal = reference.site(f"{finger}_pad")
             np.testing.assert_allclose(pose.pads[f], position, atol=1e-12)
             np.testing.assert_allclose(pose.pad_normals[f], normal, atol=1e-12)
@@ -83,72 +46,188 @@ def test_any_chain_moves_as_in_mujoco(tmp_path, mujoco_hand, joint_offset):
             assert np.abs(reference.geom_distance(name, vertices + palm_position)).max() < 1e-9
 
 
-def test_jacobian_of_an_offset_joint_agrees_with_finite_differences(tmp_path):
-    hand = read_hand(tmp_path, hand_mjcf(joint_offset="0.004 -0.002 0.003"))
+def test_jacobian_of_an_offset_joint_agrees_with_finite_differences(own_hand):
+    hand = own_hand(hand_mjcf(joint_offset="0.004 -0.002 0.003"))
     joints, step = np.full(len(hand.joint_names), 0.2), 1e-6
     pose = hand.pose(joints)
-    for f, indices in enumerate(hand.arrays.joint_indices[: len(FINGERS)]):
-        for column, j in enumerate(indices[: COUNTS[f]]):
-            turn = step * np.eye(len(joints))[j]
+    for f, finger in enumerate(hand.fingers):
+        for column, name in enumerate(finger.joint_names):
+            turn = step * np.eye(len(joints))[hand.joint_names.index(name)]
             slope = (hand.pose(joints + turn).pads[f] - hand.pose(joints - turn).pads[f]) / (2 * step)
             np.testing.assert_allclose(pose.jacobians[f, :, column], slope, atol=1e-8)
 
 
-def test_finger_of_five_joints_is_refused(tmp_path):
-    with pytest.raises(ValueError, match="second has more than 4 joints"):
-        read_hand(tmp_path, hand_mjcf(counts=(2, 3, 5, 2)))
+def test_the_simulated_hand_stands_where_the_model_does(own_hand):
+    hand = own_hand(hand_mjcf(joint_offset="0.004 -0.002 0.003", extra='ref="20"'))
+    model = hand.spec().compile()
+    data = mujoco.MjData(model)
+    joints = np.random.default_rng(4).uniform(hand.lower, hand.upper)
+    for name, angle in zip(hand.joint_names, joints, strict=True):
+        data.qpos[model.joint(name).qposadr[0]] = angle
+    mujoco.mj_kinematics(model, data)
+    for name, palm_from_shape in zip(hand.shape_names, hand.shape_poses(joints), strict=True):
+        np.testing.assert_allclose(data.geom(name).xpos, palm_from_shape[:3, 3], atol=1e-12)
 
 
-def test_finger_that_hangs_elsewhere_is_refused(tmp_path):
-    stray = '<body name="elsewhere"><geom size="0.01"/><site name="thumb_pad" size="0.006"/></body></worldbody>'
-    mjcf = hand_mjcf().replace("thumb_pad", "old_pad").replace("</worldbody>", stray)
-    with pytest.raises(ValueError, match="'elsewhere' does not hang below the palm"):
-        read_hand(tmp_path, mjcf)
+def test_finger_that_is_not_active_is_parked(own_hand):
+    described = description()
+    described["grips"][0] |= {"jaws": [["first", "third"], ["thumb"]], "parked": {"second_0": -0.4}}
+    hand = own_hand(hand_mjcf(), described)
+    assert [finger.name for finger in hand.fingers] == ["first", "third", "thumb"]
+    assert hand.parked_links == ("second_0", "second_1", "second_2", "second_3")
+    parked = [hand.joint_names.index(f"second_{j}") for j in range(4)]
+    np.testing.assert_array_equal(hand.lower[parked], [-0.4, 0, 0, 0])
+    np.testing.assert_array_equal(hand.upper[parked], [-0.4, 0, 0, 0])
+    np.testing.assert_array_equal(hand.gripper.preshapes[0][parked], [-0.4, 0, 0, 0])
+    whole = own_hand(hand_mjcf())
+    np.testing.assert_array_equal(hand.arrays.coupling[parked], 0)
+    joints = np.where(hand.lower == hand.upper, hand.lower, 0.3)
+    for one, other in zip(hand.shape_poses(joints), whole.shape_poses(joints), strict=True):
+        np.testing.assert_allclose(one, other, atol=1e-12)
 
 
-def test_geom_beside_the_chains_is_refused(tmp_path):
-    mjcf = hand_mjcf().replace("</worldbody>", '<geom name="table" type="box" size="1 1 0.01"/></worldbody>')
-    with pytest.raises(ValueError, match="'table' hangs on no finger's chain and not on the palm"):
-        read_hand(tmp_path, mjcf)
+def test_every_set_of_fingers_is_the_same_hand(own_hand):
+    described = description()
+    described["grips"].append(described["grips"][0] | {"jaws": [["thumb"], ["first", "second"]]})
+    hand = own_hand(hand_mjcf(), described)
+    assert hand.grips[0] is hand
+    assert [[finger.name for finger in grip.fingers] for grip in hand.grips] == [
+        list(ACTIVE),
+        ["thumb", "first", "second"],
+    ]
+    assert hand.grips[1].gripper.groups.tolist() == [0, 1, 1]
+    assert hand.grips[1].grips == hand.grips
 
 
-def test_joint_that_slides_is_refused(tmp_path):
-    mjcf = hand_mjcf().replace('<joint name="thumb_1" axis', '<joint name="thumb_1" type="slide" axis')
-    with pytest.raises(ValueError, match="thumb_1 must have one joint, a hinge"):
-        read_hand(tmp_path, mjcf)
-
-
-def test_hand_too_large_for_the_kernels_is_refused_by_number(tmp_path):
-    (tmp_path / "hand.xml").write_text(hand_mjcf())
-    with pytest.raises(ValueError, match="6 fingers; the kernels are built for 5"):
-        read_mjcf(tmp_path / "hand.xml", "palm", (*FINGERS, "fourth", "fifth"))
-    plates = "".join(f'<geom name="extra{k}" size="0.01"/>' for k in range(30))
-    with pytest.raises(ValueError, match="geoms; the kernels are built for 32"):
-        read_hand(tmp_path, hand_mjcf().replace('<geom name="plate"', f'{plates}<geom name="plate"'))
-    long = '<geom name="plate" type="box" size="0.4 0.4 0.01"/>'
-    wide = hand_mjcf().replace('<geom name="plate" type="box" size="0.055 0.06 0.01"/>', long)
-    with pytest.raises(ValueError, match="its shapes need more than the 96 spheres"):
-        read_hand(tmp_path, wide)
-
-
-def test_torque_limits_stand_with_their_fingers(tmp_path, barrett):
-    hand = read_hand(tmp_path, hand_mjcf())
-    for finger, count, limits in zip(FINGERS, COUNTS, hand.finger_torque_limits, strict=True):
-        assert (limits[:count] == 0.5).all(), finger
-        assert (limits[count:] == np.inf).all(), finger
+def test_torque_limits_stand_with_their_fingers(own_hand, barrett):
+    hand = own_hand(hand_mjcf())
+    for finger, limits in zip(hand.fingers, hand.finger_torque_limits, strict=True):
+        assert (limits[: len(finger.joint_names)] == 0.5).all(), finger
+        assert (limits[len(finger.joint_names) :] == np.inf).all(), finger
     named = dict(zip(barrett.joint_names, barrett.torque_limits, strict=True))
     for finger, limits in zip(barrett.fingers, barrett.finger_torque_limits, strict=True):
         assert [named[joint] for joint in finger.joint_names] == limits[: len(finger.joint_names)].tolist()
 
 
-def test_four_fingers_are_planned_for(tmp_path, prepared):
-    hand = read_hand(tmp_path, hand_mjcf())
+def test_four_fingers_are_planned_for(own_hand, prepared):
+    hand = own_hand(hand_mjcf())
     planned = plan(prepared("sphere"), hand, starts=16, seed=1)
     assert planned.feasible > 0
     document = planned.to_document()["grasps"][0]
-    assert [contact["finger"] for contact in document["contacts"]] == list(FINGERS)
+    assert [contact["finger"] for contact in document["contacts"]] == list(ACTIVE)
     assert set(document["joints"]) == set(hand.joint_names)
     run = planned.grasps[0].run
     np.testing.assert_allclose(np.linalg.norm(run.final.contacts, axis=1), 0.035, atol=0.3e-3)
     pads = hand.pose(run.final.joints, run.final.object_from_palm).pads[: len(FINGERS)]
     np.testing.assert_allclose(np.linalg.norm(pads, axis=1), 0.035 + 0.006, atol=0.6e-3)
+
+
+def test_three_fingers_hold_while_the_fourth_is_parked(own_hand, prepared):
+    described = description()
+    described["grips"][0] |= {"jaws": [["first", "third"], ["thumb"]], "parked": {"second_0": -0.4}}
+    hand = own_hand(hand_mjcf(), described)
+    planned = plan(prepared("sphere"), hand, starts=16, seed=1)
+    assert planned.feasible > 0
+    best = planned.to_document()["grasps"][0]
+    assert [contact["finger"] for contact in best["contacts"]] == ["first", "third", "thumb"]
+    assert best["joints"]["second_0"] == -0.4
+    assert {best["joints"][f"second_{j}"] for j in (1, 2, 3)} == {0.0}
+
+
+MANY = description()
+WIDE = hand_mjcf().replace('size="0.055 0.06 0.01"', 'size="0.4 0.4 0.01"')
+SLIDING = hand_mjcf().replace('<joint name="thumb_1" axis', '<joint name="thumb_1" type="slide" axis')
+UNLIMITED = hand_mjcf().replace('name="thumb_1" axis="0 -1 0" range="-30 60"', 'name="thumb_1" axis="0 -1 0"')
+STRAY = (
+    hand_mjcf()
+    .replace("thumb_pad", "old_pad")
+    .replace(
+        "</worldbody>",
+        '<body name="elsewhere"><geom size="0.01"/><site name="thumb_pad" size="0.006"/></body></worldbody>',
+    )
+)
+LONG = hand_mjcf(counts=(2, 3, 7, 2))
+SPRUNG = hand_mjcf(after='<actuator><position joint="thumb_0"/></actuator>').replace(
+    '<joint name="thumb_1"', '<joint name="thumb_1" stiffness="1"'
+)
+LOOP = hand_mjcf(
+    after='<equality><connect body1="thumb_1" body2="first_2" anchor="0 0 0"/></equality>',
+)
+CURVED = hand_mjcf(after='<equality><joint joint1="thumb_1" joint2="thumb_0" polycoef="0 1 4 0 0"/></equality>')
+CIRCLE = hand_mjcf(
+    after='<equality><joint joint1="thumb_1" joint2="thumb_0"/><joint joint1="thumb_0" joint2="thumb_1"/></equality>'
+)
+NO_TORQUE = description() | {"torque_limits": {}}
+
+
+def without(*names: str) -> dict[str, Any]:
+    described = description()
+    for name in names:
+        del described["torque_limits"][name], described["grips"][0]["preshapes"][0][name]
+    return described
+
+
+def with_grip(**changes: Any) -> dict[str, Any]:
+    described = description()
+    described["grips"][0] |= changes
+    return described
+
+
+@pytest.mark.parametrize(
+    ("mjcf", "described", "said"),
+    [
+        (
+            hand_mjcf(),
+            description() | {"palm": "hand"},
+            "no body 'hand' for the palm; its bodies: world, palm, thumb_mount",
+        ),
+        (hand_mjcf(), description() | {"colour": "red"}, r"hand\.toml: colour: Extra inputs are not permitted"),
+        (hand_mjcf(), description() | {"fixed": {"thumb_9": 0.0}}, r"\[fixed\] names the joint 'thumb_9'"),
+        (LONG, description((2, 3, 7, 2)), "'second' has 7 joints; fingers of up to 6"),
+        (STRAY, description(), "Site 'thumb_pad' of 'thumb' does not hang below the palm"),
+        (SLIDING, description(), r"'thumb_1' is no hinge"),
+        (UNLIMITED, description(), r"'thumb_1' has no limits; give them under \[limits\]"),
+        (SPRUNG, without("thumb_1"), r"'thumb_1' is held by a spring only. Say under \[couplings\]"),
+        (LOOP, description(), r"'thumb_1' and 'first_2' close a loop. .* \[couplings\]"),
+        (CURVED, without("thumb_1"), r"thumb_1 follows thumb_0 by a polynomial .* under \[couplings\]"),
+        (CIRCLE, without("thumb_0", "thumb_1"), "couplings of thumb_1, thumb_0 go round in a circle"),
+        (hand_mjcf(), NO_TORQUE, r"No torque limit is known for thumb_0, .* under \[torque_limits\]"),
+        (
+            hand_mjcf().replace('name="plate" type="box"', 'name="plate" type="plane"'),
+            description(),
+            "'plate' is a plane",
+        ),
+        (WIDE, description(), "more than 256 covering spheres"),
+        (hand_mjcf(), with_grip(jaws=[["first"], ["thumb"]]), "at least three fingers"),
+        (hand_mjcf(), with_grip(jaws=[["first", "fifth"], ["thumb"]]), "a grip names the finger 'fifth'"),
+        (hand_mjcf(), with_grip(approach_axis=[0.0, 1.0, 1.0]), "must be across each other"),
+        (hand_mjcf(), with_grip(preshapes=[{"thumb_0": 3.0}]), "preshape 0 puts thumb_0 at 3 rad; it goes from -0.52"),
+        (hand_mjcf(), with_grip(preshapes=[{}] * 9), "9 preshapes; at most 8"),
+        (hand_mjcf(), with_grip(opening=[0.2, 0.1]), "the first number must be below the second"),
+        (hand_mjcf(), with_grip(parked={"fourth_1": 0.1}), "parked names 'fourth_1'; the hand's drivers are thumb_0"),
+        ("<mujoco><worldbody>", description(), "hand.xml does not compile"),
+    ],
+)
+def test_what_no_kernel_computes_is_refused(own_hand, mjcf, described, said):
+    with pytest.raises(HandError, match=f"^own.*{said}"):
+        own_hand(mjcf, described)
+
+
+def test_more_fingers_than_the_kernels_have_room_for_are_refused(own_hand):
+    described = description()
+    names = [f"finger{k}" for k in range(6)]
+    described["fingers"] += [{"name": name, "pads": [{"site": "second_pad"}]} for name in names]
+    described["grips"][0]["jaws"] = [names, ["thumb"]]
+    with pytest.raises(HandError, match="7 active fingers; at most 5"):
+        own_hand(hand_mjcf(), described)
+
+
+def test_more_shapes_than_the_kernels_have_room_for_are_merged(own_hand):
+    plates = "".join(f'<geom name="extra{k}" pos="{0.001 * k} 0 0" size="0.01"/>' for k in range(60))
+    hand = own_hand(hand_mjcf().replace('<geom name="plate"', f'{plates}<geom name="plate"'))
+    merged = [shape for shape in hand.model.shapes if len(shape.sources) > 1]
+    assert {source for shape in hand.model.shapes for source in shape.sources} == {
+        solid.name for solid in hand.model.solids
+    }
+    assert merged
+    assert all(shape.link == 0 for shape in merged)

@@ -1,0 +1,239 @@
+"""Collision shapes for the planner: the model's own primitives, and primitives fitted to all else, a few a link."""
+
+import heapq
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import ConvexHull, QhullError
+
+from fingersplit.errors import HandError
+from fingersplit.extras import extra
+from fingersplit.hands.fitting import Fit, fit_primitive, hull_points, primitive_points, primitive_volume
+from fingersplit.hands.limits import MAX_SHAPES
+from fingersplit.hands.model import Link, Shape, Solid
+from fingersplit.hands.shapes_kernel import BOX, CAPSULE, CYLINDER, SPHERE
+from fingersplit.transforms import transform_points
+
+__all__ = ["convex_solids", "planning_shapes"]
+
+Array = NDArray[np.float64]
+
+PRIMITIVES = {SPHERE, CAPSULE, CYLINDER, BOX}
+ELLIPSOID, MESH = int(mujoco.mjtGeom.mjGEOM_ELLIPSOID), int(mujoco.mjtGeom.mjGEOM_MESH)
+
+CONVEX_PIECES, PIECE_VERTICES, VOXELS, VOLUME_ERROR = 8, 64, 30_000, 4.0
+"""Most convex pieces of a mesh, most vertices of one, V-HACD's voxels, and the percentage of volume pieces may add."""
+
+SHAPES_A_LINK, SHAPES_OF_PALM = 2, 4
+FULL, GAIN = 0.8, 0.92
+"""A hull that fills less than this share of its primitive is cut in two, where that saves so much of the volume."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Piece:
+    """What one shape stands for: points (n, 3) of the link's frame that it must contain."""
+
+    name: str
+    link: int
+    points: Array
+    fit: Fit
+    exact: bool
+    sources: tuple[str, ...]
+
+
+def convex_solids(solids: tuple[Solid, ...]) -> tuple[Solid, ...]:
+    """The same solids with every mesh as convex pieces, since physics engines collide meshes as their hulls.
+
+    Raises:
+        HandError: A geom that is neither primitive nor mesh.
+    """
+    found: list[Solid] = []
+    known: dict[bytes, list[tuple[Array, NDArray[np.int64]]]] = {}
+    for solid in solids:
+        if solid.kind in PRIMITIVES or solid.kind == ELLIPSOID:
+            found.append(solid)
+        elif solid.kind == MESH and solid.vertices is not None and solid.faces is not None:
+            key = solid.vertices.tobytes()
+            if key not in known:
+                known[key] = _convex_pieces(solid.vertices, solid.faces)
+            for number, (vertices, faces) in enumerate(known[key]):
+                name = solid.name if len(known[key]) == 1 else f"{solid.name}_part{number}"
+                found.append(replace(solid, name=name, vertices=vertices, faces=faces))
+        else:
+            kind = mujoco.mjtGeom(solid.kind).name.removeprefix("mjGEOM_").lower()
+            raise HandError(
+                f"Geom {solid.name!r} is a {kind}; links are spheres, capsules, cylinders, boxes, ellipsoids or meshes."
+            )
+    return tuple(found)
+
+
+def planning_shapes(solids: tuple[Solid, ...], links: tuple[Link, ...], budget: int | None) -> tuple[Shape, ...]:
+    """Shapes that together contain convex solids: primitives as they are, fitted ones for ellipsoids and meshes.
+
+    Where there are more than ``budget`` (else two a link and four more for the palm), the two on one link whose common
+    primitive adds least volume are merged, again and again; where there are fewer, the emptiest fitted one is cut in
+    two.
+    """
+    pieces = [_piece_of(solid) for solid in solids]
+    limit = min(MAX_SHAPES, SHAPES_A_LINK * len(links) + SHAPES_OF_PALM) if budget is None else min(MAX_SHAPES, budget)
+    pieces = _split(_merge(pieces, max(limit, len({piece.link for piece in pieces}))), limit)
+    return tuple(
+        Shape(
+            name=piece.name,
+            link=piece.link,
+            kind=piece.fit.kind,
+            size=piece.fit.size,
+            pose=piece.fit.pose,
+            overhang=0.0 if piece.exact else piece.fit.overhang(piece.points),
+            sources=piece.sources,
+        )
+        for piece in pieces
+    )
+
+
+def _piece_of(solid: Solid) -> _Piece:
+    if solid.kind in PRIMITIVES:
+        fit = Fit(solid.kind, solid.size, solid.pose, primitive_volume(solid.kind, solid.size))
+        points = transform_points(solid.pose, primitive_points(solid.kind, solid.size))
+        return _Piece(solid.name, solid.link, points, fit, True, (solid.name,))
+    if solid.kind == ELLIPSOID:
+        sphere = primitive_points(SPHERE, np.ones(3))
+        points = transform_points(solid.pose, 1.005 * sphere * solid.size)  # outside of the facets between the points
+    else:
+        assert solid.vertices is not None
+        points = hull_points(transform_points(solid.pose, solid.vertices))
+    return _Piece(solid.name, solid.link, points, fit_primitive(points), False, (solid.name,))
+
+
+def _split(pieces: list[_Piece], limit: int) -> list[_Piece]:
+    """Cut the piece whose primitive is emptiest, again and again, until there are ``limit`` or all are full enough."""
+    done: list[_Piece] = []
+    queue = [(-_excess(piece), k, piece) for k, piece in enumerate(pieces)]
+    heapq.heapify(queue)
+    while queue and len(done) + len(queue) < limit:
+        _, _, piece = heapq.heappop(queue)
+        halves = [] if piece.exact else _halves(piece.points)
+        if not halves:
+            done.append(piece)
+            continue
+        for points in halves:
+            half = replace(piece, points=points, fit=fit_primitive(points))
+            heapq.heappush(queue, (-_excess(half), len(done) + len(queue) + len(pieces) * limit, half))
+    whole = done + [piece for _, _, piece in queue]
+    return sorted(whole, key=lambda piece: piece.link)
+
+
+def _excess(piece: _Piece) -> float:
+    """Volume of a primitive beyond what it stands for [m^3]."""
+    hull = None if piece.exact else _hull(piece.points)
+    return 0.0 if hull is None else piece.fit.volume - float(hull.volume)
+
+
+def _halves(points: Array) -> list[Array]:
+    """The points of a hull cut in two, so that two primitives are smallest; none if that is no gain."""
+    hull, fit = _hull(points), fit_primitive(points)
+    if hull is None or hull.volume > FULL * fit.volume:
+        return []
+    center = points.mean(axis=0)
+    best: list[Array] = []
+    smallest = GAIN * fit.volume
+    for axis in np.linalg.svd(points - center, full_matrices=False)[2][:2]:
+        heights = (points - center) @ axis
+        for share in (0.3, 0.5, 0.7):
+            parts = _cut(points, heights - (heights.min() + share * np.ptp(heights)), hull)
+            volume = sum(fit_primitive(part).volume for part in parts)
+            if volume < smallest:
+                best, smallest = parts, volume
+    return best
+
+
+def _cut(points: Array, heights: Array, hull: ConvexHull) -> list[Array]:
+    """The points above and below a plane, with those where the hull's edges cross it in both."""
+    edges = np.unique(np.sort(hull.simplices[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1), axis=0)
+    a, b = edges[heights[edges[:, 0]] * heights[edges[:, 1]] < 0].T
+    share = (heights[a] / (heights[a] - heights[b]))[:, None]
+    crossings = points[a] + share * (points[b] - points[a])
+    return [np.vstack([points[side], crossings]) for side in (heights >= 0, heights < 0)]
+
+
+def _merge(pieces: list[_Piece], limit: int) -> list[_Piece]:
+    """Merge pairs on one link, those whose common box is emptiest last, until there are no more than ``limit``."""
+    alive = dict(enumerate(pieces))
+    queue: list[tuple[float, int, int]] = []
+
+    def offer(i: int, j: int) -> None:
+        added = _box_volume(alive[i], alive[j]) - alive[i].fit.volume - alive[j].fit.volume
+        heapq.heappush(queue, (added, i, j))
+
+    if len(alive) > limit:
+        for i, j in combinations(alive, 2):
+            if alive[i].link == alive[j].link:
+                offer(i, j)
+    while len(alive) > limit:
+        _, i, j = heapq.heappop(queue)
+        if i not in alive or j not in alive:
+            continue
+        new = max(alive) + 1
+        alive[new] = _merged(alive.pop(i), alive.pop(j))
+        for other in list(alive):
+            if other != new and alive[other].link == alive[new].link:
+                offer(other, new)
+    return sorted(alive.values(), key=lambda piece: piece.link)
+
+
+def _box_volume(a: _Piece, b: _Piece) -> float:
+    """Volume of the box about two pieces along the axes of the first one's primitive [m^3]."""
+    points = np.vstack([a.points, b.points]) @ a.fit.pose[:3, :3]
+    return float(np.prod(np.ptp(points, axis=0)))
+
+
+def _merged(a: _Piece, b: _Piece) -> _Piece:
+    points = hull_points(np.vstack([a.points, b.points]))
+    return _Piece(a.name, a.link, points, fit_primitive(points), False, (*a.sources, *b.sources))
+
+
+def _convex_pieces(vertices: Array, faces: NDArray[np.int64]) -> list[tuple[Array, NDArray[np.int64]]]:
+    """Convex pieces of a mesh, and its hull where that is nearly the same."""
+    hull = _hull(vertices)
+    if hull is None:
+        return [(vertices, faces)]
+    own = [_outward(vertices, hull)]
+    with extra("verify"):
+        import vhacdx
+    found = vhacdx.compute_vhacd(
+        vertices,
+        np.insert(faces, 0, 3, axis=1).astype(np.uint32).ravel(),
+        maxConvexHulls=CONVEX_PIECES,
+        maxNumVerticesPerCH=PIECE_VERTICES,
+        resolution=VOXELS,
+        minimumVolumePercentErrorAllowed=VOLUME_ERROR,
+        asyncACD=False,
+    )
+    pieces = [_hull(np.asarray(piece, np.float64)) for piece, _ in found]
+    volume = sum(piece.volume for piece in pieces if piece is not None)
+    if len(found) < 2 or None in pieces or volume > 0.85 * hull.volume:
+        return own
+    return [
+        _outward(np.asarray(piece, np.float64), solid) for (piece, _), solid in zip(found, pieces, strict=True) if solid
+    ]
+
+
+def _outward(vertices: Array, hull: ConvexHull) -> tuple[Array, NDArray[np.int64]]:
+    """Corners of a hull and its triangles, turned outwards."""
+    corners, places = np.unique(hull.simplices, return_inverse=True)
+    faces = places.reshape(-1, 3).astype(np.int64)
+    points = vertices[corners]
+    normals = np.cross(points[faces[:, 1]] - points[faces[:, 0]], points[faces[:, 2]] - points[faces[:, 0]])
+    inward = np.einsum("ij,ij->i", normals, hull.equations[:, :3]) < 0
+    faces[inward] = faces[inward][:, ::-1]
+    return points, faces
+
+
+def _hull(points: Array) -> ConvexHull | None:
+    try:
+        return ConvexHull(points)
+    except (QhullError, ValueError):
+        return None

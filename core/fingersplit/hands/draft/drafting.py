@@ -1,0 +1,307 @@
+"""The whole description of a hand from its model file alone, by moving it."""
+
+from itertools import combinations
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingersplit.errors import HandError
+from fingersplit.hands.collision_shapes import convex_solids, planning_shapes
+from fingersplit.hands.couplings import read_coupling
+from fingersplit.hands.description import (
+    CouplingDescription,
+    FingerDescription,
+    GripDescription,
+    HandDescription,
+    PadDescription,
+    ShapeOptions,
+)
+from fingersplit.hands.draft.jaws import Jaws, PadSamples, find_jaws, opposition, pad_samples
+from fingersplit.hands.draft.pads import find_pads
+from fingersplit.hands.draft.postures import finger_drivers, park, preshapes
+from fingersplit.hands.draft.sampling import Samples, sample_postures
+from fingersplit.hands.draft.structure import FingerBodies, find_fingers, find_palm
+from fingersplit.hands.fingers import Pad
+from fingersplit.hands.forward import link_poses
+from fingersplit.hands.limits import MAX_CHAIN_JOINTS, MAX_FINGERS
+from fingersplit.hands.model import HandModel
+from fingersplit.hands.tree import compile_model, read_tree
+
+__all__ = ["draft_hand"]
+
+Array = NDArray[np.float64]
+
+POSTURES, SEED = 40_000, 1
+GRIPS = 3
+"""Most sets of fingers that are proposed."""
+ASSUMED_TORQUE = 0.7
+"""[N m]; of a driver whose motor the model does not describe."""
+MIN_OPPOSITION = 1e-3
+"""Share of postures; below, two fingers are not said to oppose each other."""
+
+
+def draft_hand(
+    model_file: Path, root: Path, palm: str | None = None, fingers: tuple[str, ...] = ()
+) -> tuple[HandDescription, tuple[str, ...]]:
+    """A proposal for the description of a hand, and what a person should look at.
+
+    Palm: the last body before the chains of joints branch. Pads: the side of each last link that faces the other
+    fingertips while everything moves at random. Jaws: fingers of which postures face each other, in the frame in which
+    most openings and standoffs are within their reach.
+
+    Args:
+        model_file: MJCF or URDF.
+        root: Folder of its meshes.
+        palm: Name of the palm's body, where a person knows better.
+        fingers: Names of the fingers' last bodies, likewise.
+
+    Raises:
+        HandError: The model is no hand that can be planned with, and what would make it one.
+    """
+    compiled, notes = compile_model(model_file, root)
+    palm = palm or find_palm(compiled)
+    found = find_fingers(compiled, palm, fingers)
+    if len(found) > MAX_FINGERS:
+        names = ", ".join(finger.tip for finger in found)
+        raise HandError(f"{len(found)} fingers end in {names}; name up to {MAX_FINGERS} of them with --fingers.")
+    description, model, told = _described(compiled, palm, model_file.name, found)
+    tips = [_index(model, finger.tip) for finger in found]
+    chains = [tuple(j for link in model.path(tip) for j in model.links[link].joints) for tip in tips]
+    for finger, chain in zip(found, chains, strict=True):
+        if len(chain) > MAX_CHAIN_JOINTS:
+            raise HandError(f"{finger.name} has {len(chain)} joints; up to {MAX_CHAIN_JOINTS} are planned for.")
+    samples = sample_postures(model, POSTURES, np.random.default_rng(SEED))
+    pads = find_pads(model, tips, samples)
+    contacts = [pad_samples(pad, samples) for pad in pads]
+    grips = _grips(model, found, chains, pads, contacts, samples)
+    if not grips:
+        raise HandError(
+            "No three fingers were found to face each other in any posture. Name palm and fingers with --palm and "
+            f"--fingers if these are not the fingers: {', '.join(finger.tip for finger in found)}."
+        )
+    finished = description.model_copy(
+        update={
+            "fingers": [_finger(model, finger, pad) for finger, pad in zip(found, pads, strict=True)],
+            "grips": grips,
+            "drafted": True,
+        }
+    )
+    return HandDescription.model_validate(finished.model_dump()), (*notes, *told, *model.notes)
+
+
+def _described(
+    compiled: Any, palm: str, model_name: str, found: tuple[FingerBodies, ...]
+) -> tuple[HandDescription, HandModel, list[str]]:
+    """Links, joints and couplings, with torques, limits and passive joints filled in where the model lacks them."""
+    told: list[str] = []
+    description = HandDescription.model_construct(
+        title=model_name,
+        model=model_name,
+        palm=palm,
+        fingers=[],
+        grips=[],
+        torque_limits={},
+        couplings={},
+        limits=_missing_limits(compiled, told),
+        fixed=_beside_fingers(compiled, palm, found, told),
+        shapes=ShapeOptions(groups=None, budget=None),
+        drafted=True,
+    )
+    while True:
+        tree = read_tree(compiled, description)
+        try:
+            coupling, notes = read_coupling(compiled, tree, description)
+            break
+        except HandError as error:
+            description = _mended(description, tree, str(error), told)
+    solids = convex_solids(tree.collision)
+    shapes = planning_shapes(solids, tree.links, None)
+    model = HandModel(tree.links, tree.joints, coupling, solids, tree.visuals, shapes, frozenset(), tuple(notes))
+    return description, model, told
+
+
+def _mended(description: HandDescription, tree: Any, fault: str, told: list[str]) -> HandDescription:
+    """The description with one gap filled that a fault names; the fault again where it cannot be."""
+    names = [joint.name for joint in tree.joints]
+    if fault.startswith("No torque limit is known for "):
+        missing = fault.removeprefix("No torque limit is known for ").split(";")[0].split(", ")
+        told.append(
+            f"The model says no torque for {', '.join(missing)}; {ASSUMED_TORQUE} N m is assumed. Put in the real ones."
+        )
+        return description.model_copy(
+            update={"torque_limits": {**description.torque_limits, **dict.fromkeys(missing, ASSUMED_TORQUE)}}
+        )
+    passive = next((name for name in names if fault.startswith(f"Joint {name!r} is ")), None)
+    before = _joint_before(tree, names.index(passive)) if passive is not None else None
+    if passive is None or before is None or passive in description.couplings:
+        raise HandError(fault)
+    one, other = tree.joints[names.index(passive)], tree.joints[before]
+    ratio = max(abs(one.lower), abs(one.upper)) / max(abs(other.lower), abs(other.upper))
+    told.append(
+        f"{passive} has no actuator; it is taken to follow {other.name} by {ratio:.3f}. Put in the real coupling."
+    )
+    coupling = CouplingDescription(driver=other.name, ratio=round(ratio, 4), offset=0.0)
+    return description.model_copy(update={"couplings": {**description.couplings, passive: coupling}})
+
+
+def _joint_before(tree: Any, joint: int) -> int | None:
+    """The joint that carries a joint's link."""
+    link = next(i for i, each in enumerate(tree.links) if joint in each.joints)
+    own = tree.links[link].joints
+    if own[0] != joint:
+        return int(own[own.index(joint) - 1])
+    while tree.links[link].parent >= 0:
+        link = tree.links[link].parent
+        if tree.links[link].joints:
+            return int(tree.links[link].joints[-1])
+    return None
+
+
+def _missing_limits(compiled: Any, told: list[str]) -> dict[str, tuple[float, float]]:
+    limits = {}
+    for j in range(compiled.njnt):
+        if not compiled.jnt_limited[j] and compiled.jnt_type[j] == 3:
+            name = str(compiled.joint(j).name)
+            limits[name] = (-3.1416, 3.1416)
+            told.append(
+                f"{name} has no limits in the model; half a turn to both sides is assumed. Put in the real ones."
+            )
+    return limits
+
+
+def _beside_fingers(compiled: Any, palm: str, found: tuple[FingerBodies, ...], told: list[str]) -> dict[str, float]:
+    """Joints below the palm that are on no finger's way, held at zero."""
+    root = 0 if palm == "world" else int(compiled.body(palm).id)
+    used = set()
+    for finger in found:
+        body = int(compiled.body(finger.tip).id)
+        while body not in (root, 0):
+            used.add(body)
+            body = int(compiled.body_parentid[body])
+    fixed = {}
+    for j in range(compiled.njnt):
+        body = int(compiled.jnt_bodyid[j])
+        above = body
+        while above not in (root, 0):
+            above = int(compiled.body_parentid[above])
+        if above == root and body != root and body not in used:
+            name = str(compiled.joint(j).name)
+            fixed[name] = float(np.clip(0.0, *compiled.jnt_range[j])) if compiled.jnt_limited[j] else 0.0
+            told.append(f"{name} belongs to no finger; it is held at {fixed[name]:g}.")
+    return fixed
+
+
+def _index(model: HandModel, name: str) -> int:
+    index = model.link_index(name)
+    if index is None:
+        raise HandError(f"The body {name!r} does not hang below the palm.")
+    return index
+
+
+def _finger(model: HandModel, finger: FingerBodies, pad: Pad) -> FingerDescription:
+    numbers: dict[str, Any] = {
+        "center": tuple(round(float(x), 5) for x in pad.center),
+        "normal": tuple(round(float(x), 4) for x in pad.normal),
+        "radius": round(pad.radius, 5),
+    }
+    return FingerDescription(
+        name=finger.name, pads=[PadDescription(site=None, body=model.links[pad.link].name, max_angle=None, **numbers)]
+    )
+
+
+def _grips(
+    model: HandModel,
+    found: tuple[FingerBodies, ...],
+    chains: list[tuple[int, ...]],
+    pads: list[Pad],
+    contacts: list[PadSamples],
+    samples: Samples,
+) -> list[GripDescription]:
+    """Sets of three fingers that oppose each other, the best first, and all fingers together last."""
+    shares, pairs = opposition(contacts)
+    out = _out_of_palm(model, pads, samples)
+    sets: list[Jaws] = []
+    for three in combinations(range(len(found)), 3):
+        alone = max(three, key=lambda f: sum(shares[f, g] for g in three if g != f))
+        pair = tuple(f for f in three if f != alone)
+        if min(shares[alone, f] for f in pair) < MIN_OPPOSITION or _half_parked(model, chains, three):
+            continue
+        jaws = find_jaws(contacts, (pair, (alone,)), pairs, out)
+        if jaws is not None:
+            sets.append(jaws)
+    sets.sort(key=lambda jaws: -jaws.score)
+    sets = sets[: GRIPS - 1 if len(found) > 3 else GRIPS]
+    if sets and len(found) > 3:
+        alone = sets[0].fingers[1][0]
+        others = tuple(f for f in range(len(found)) if f != alone and shares[alone, f] >= MIN_OPPOSITION)
+        if len(others) > 2 and not _half_parked(model, chains, (*others, alone)):
+            whole = find_jaws(contacts, (others, (alone,)), pairs, out)
+            sets += [whole] if whole is not None else []
+    return [_grip(model, found, chains, pads, contacts, samples, jaws) for jaws in sets]
+
+
+def _half_parked(model: HandModel, chains: list[tuple[int, ...]], fingers: tuple[int, ...]) -> bool:
+    """Whether a driver moves one of these fingers and one that would be parked."""
+    active = set().union(*(finger_drivers(model, chains[f]) for f in fingers))
+    parked = [finger_drivers(model, chain) for f, chain in enumerate(chains) if f not in fingers]
+    shared = {j for f in fingers for j in chains[f]}
+    return any(active & {a for a in drivers if not _only_moves(model, a, shared)} for drivers in parked)
+
+
+def _only_moves(model: HandModel, driver: int, joints: set[int]) -> bool:
+    return {int(j) for j in np.flatnonzero(model.coupling.matrix[:, driver])} <= joints
+
+
+def _out_of_palm(model: HandModel, pads: list[Pad], samples: Samples) -> Array:
+    """Direction from the palm's shapes to where the fingertips are, in the mean."""
+    still = link_poses(model, model.joints_from_drivers(np.clip(0.0, model.coupling.lower, model.coupling.upper)))
+    rigid = [s for s in model.shapes if not any(model.links[each].joints for each in model.path(s.link))]
+    center = (
+        np.mean([(still[s.link] @ s.pose)[:3, 3] for s in rigid], axis=0)
+        if rigid
+        else np.mean([still[pad.link][:3, 3] for pad in pads], axis=0) * 0
+    )
+    tips = np.mean([np.median(samples.poses[:, pad.link, :3, 3], axis=0) for pad in pads], axis=0)
+    away = tips - center
+    length = float(np.linalg.norm(away))
+    return np.asarray(away / length) if length > 1e-3 else np.array([0.0, 0.0, 1.0])
+
+
+def _grip(
+    model: HandModel,
+    found: tuple[FingerBodies, ...],
+    chains: list[tuple[int, ...]],
+    pads: list[Pad],
+    contacts: list[PadSamples],
+    samples: Samples,
+    jaws: Jaws,
+) -> GripDescription:
+    names, drivers = [finger.name for finger in found], model.coupling.drivers
+    active = [f for fingers in jaws.fingers for f in fingers]
+    idle = [f for f in range(len(found)) if f not in active]
+    moving = sorted(set().union(*(finger_drivers(model, chains[f]) for f in active)))
+    resting = sorted(set().union(*(finger_drivers(model, chains[f]) for f in idle)) - set(moving)) if idle else []
+    parked = park(model, jaws, chains, idle, samples)
+
+    def rounded(angles: Array, columns: list[int]) -> dict[str, float]:
+        low, high = model.coupling.lower, model.coupling.upper
+        return {drivers[a]: float(np.clip(np.round(angles[a], 3), low[a], high[a])) for a in columns}
+
+    return GripDescription(
+        jaws=([names[f] for f in jaws.fingers[0]], [names[f] for f in jaws.fingers[1]]),
+        pads={},
+        jaw_axis=_triple(jaws.rotation[:, 1]),
+        approach_axis=_triple(jaws.rotation[:, 2]),
+        center=(round(float(jaws.center[0]), 4), round(float(jaws.center[1]), 4)),
+        standoff=(round(jaws.standoff[0], 4), round(jaws.standoff[1], 4)),
+        opening=(round(jaws.opening[0], 4), round(jaws.opening[1], 4)),
+        preshapes=[rounded(angles, moving) for angles in preshapes(model, jaws, pads, contacts, chains, samples)],
+        parked=rounded(parked, resting),
+    )
+
+
+def _triple(vector: Array) -> tuple[float, float, float]:
+    x, y, z = (round(float(v), 4) for v in vector)
+    return x, y, z

@@ -1,0 +1,237 @@
+"""How fingers of a hand oppose each other: which sets make two jaws, and in which frame."""
+
+import math
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+from scipy.spatial.transform import Rotation
+
+from fingersplit.hands.draft.sampling import Samples
+from fingersplit.hands.fingers import Pad
+
+__all__ = ["Jaws", "PadSamples", "find_jaws", "opposition", "pad_samples"]
+
+Array = NDArray[np.float64]
+
+WIDTHS = np.arange(0.02, 0.125, 0.01)
+"""Openings at which opposition is counted [m]."""
+TOLERANCE, ANGLE = 0.008, 0.5
+"""A pad is where it should be within this distance [m] and angle [rad]."""
+TILTS = np.deg2rad([-48, -36, -24, -12, 0, 12, 24, 36, 48])
+LATERAL_TILTS = np.deg2rad([-36, -24, -12, 0, 12, 24, 36])
+ROLLS = np.deg2rad([-30, 0, 30])
+SPACINGS = np.array([0.02, 0.03, 0.04, 0.05, 0.065, 0.08])
+"""Lateral distances between two fingers of one jaw that are tried [m]."""
+REACH = 0.3
+"""[m]; the grid of pad places goes so far about the palm's origin on every side."""
+MAX_STANDOFFS = 0.06
+"""[m]; the Map looks at eleven standoffs, so a longer range is looked at too coarsely."""
+
+
+@dataclass(frozen=True, eq=False)
+class PadSamples:
+    """A finger's pad in every posture.
+
+    Attributes:
+        contacts: Points that touch, in the palm frame, (n, 3) [m].
+        normals: Unit vectors out of the pad, (n, 3).
+    """
+
+    contacts: Array
+    normals: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Jaws:
+    """Two jaws and their frame.
+
+    Attributes:
+        fingers: Indices of the fingers of both jaws.
+        rotation: ``palm_from_gripper``, columns lateral, jaw (from jaw 1 to jaw 0), approach, (3, 3).
+        center: Jaw centre along the lateral and the jaw axis, (2,) [m].
+        standoff: Lowest and highest jaw centre along the approach axis [m].
+        opening: Least and largest distance of the contacts [m].
+        spacing: Lateral distance of neighbours in a jaw [m].
+        score: Number of reachable cells of opening and standoff, over the spacings tried.
+    """
+
+    fingers: tuple[tuple[int, ...], tuple[int, ...]]
+    rotation: Array
+    center: Array
+    standoff: tuple[float, float]
+    opening: tuple[float, float]
+    spacing: float
+    score: float
+
+
+def pad_samples(pad: Pad, samples: Samples) -> PadSamples:
+    """Where a pad touches in every posture."""
+    poses = samples.poses[:, pad.link]
+    normals = poses[:, :3, :3] @ pad.normal
+    return PadSamples(poses[:, :3, :3] @ pad.center + poses[:, :3, 3] + pad.radius * normals, normals)
+
+
+def opposition(pads: list[PadSamples]) -> tuple[Array, dict[tuple[int, int], Array]]:
+    """For each pair of fingers the share of postures of one that a posture of the other opposes.
+
+    Returns:
+        Shares (F, F), and for each pair with any the rows (m, 6) of middles and unit directions from the second to the
+        first finger.
+    """
+    count = len(pads)
+    shares, pairs = np.zeros((count, count)), {}
+    trees = [cKDTree(np.hstack([pad.contacts / TOLERANCE, pad.normals / ANGLE])) for pad in pads]
+    for i, j in combinations(range(count), 2):
+        found = []
+        chosen = slice(0, 6000)
+        contacts, normals = pads[i].contacts[chosen], pads[i].normals[chosen]
+        for width in WIDTHS[1::3]:
+            target = np.hstack([(contacts + width * normals) / TOLERANCE, -normals / ANGLE])
+            distance, _ = trees[j].query(target, distance_upper_bound=1.0)
+            hit = np.isfinite(distance)
+            found.append(np.hstack([contacts[hit] + width / 2 * normals[hit], -normals[hit]]))
+        rows = np.vstack(found)
+        shares[i, j] = shares[j, i] = len(rows) / (len(contacts) * len(WIDTHS[1::3]))
+        pairs[i, j] = rows
+    return shares, pairs
+
+
+def find_jaws(
+    pads: list[PadSamples],
+    fingers: tuple[tuple[int, ...], tuple[int, ...]],
+    pairs: dict[tuple[int, int], Array],
+    out: Array,
+) -> Jaws | None:
+    """The frame in which two jaws of fingers reach most cells of opening and standoff; None when they reach none.
+
+    Args:
+        pads: Of every finger.
+        fingers: Of the two jaws.
+        pairs: From ``opposition``.
+        out: Direction out of the palm, (3,), about which approach directions are tried.
+    """
+    rows = np.vstack(
+        [
+            pairs[min(i, j), max(i, j)] * ([1, 1, 1, 1, 1, 1] if i < j else [1, 1, 1, -1, -1, -1])
+            for i in fingers[0]
+            for j in fingers[1]
+        ]
+    )
+    if len(rows) < 5:
+        return None
+    directions = rows[:, 3:]
+    jaw = _mode(directions)
+    middle = np.median(rows[:, :3][directions @ jaw > math.cos(ANGLE)], axis=0)
+    ahead = out - (out @ jaw) * jaw
+    if np.linalg.norm(ahead) < 0.2:
+        ahead = middle - (middle @ jaw) * jaw
+    ahead /= np.linalg.norm(ahead)
+    base = np.column_stack([np.cross(jaw, ahead), jaw, ahead])
+    best: Jaws | None = None
+    for tilt in TILTS:
+        for lateral in LATERAL_TILTS:
+            for roll in ROLLS:
+                rotation = base @ Rotation.from_euler("xzy", [tilt, lateral, roll]).as_matrix()
+                found = _best_cells(pads, fingers, rotation, middle)
+                if found is not None and (best is None or found.score > best.score):
+                    best = found
+    return best
+
+
+def _mode(directions: Array) -> Array:
+    """The direction with most others within the tolerance, averaged over them."""
+    some = directions[:: max(1, len(directions) // 1500)]
+    near = some @ some.T > math.cos(ANGLE)
+    center = some[near.sum(axis=1).argmax()]
+    mean = directions[directions @ center > math.cos(ANGLE)].mean(axis=0)
+    return np.asarray(mean / np.linalg.norm(mean))
+
+
+def _best_cells(
+    pads: list[PadSamples], fingers: tuple[tuple[int, ...], tuple[int, ...]], rotation: Array, middle: Array
+) -> Jaws | None:
+    """Centre, openings and standoffs in one frame, by shifting grids of where each pad can be over each other."""
+    origin = middle @ rotation
+    grids = {}
+    for side, group in ((-1.0, fingers[0]), (1.0, fingers[1])):
+        for f in group:
+            grids[f] = _occupied(pads[f], rotation, side, origin)
+            if not grids[f].any():
+                return None
+    best: Jaws | None = None
+    for spacing in SPACINGS if max(map(len, fingers)) > 1 else SPACINGS[:1]:
+        hits = [_reached(grids, fingers, spacing, width) for width in WIDTHS]
+        cells = np.stack(hits)  # (W, x, y, z)
+        score = _windowed(cells.sum(axis=0))
+        x, y, z = np.unravel_index(score.argmax(), score.shape)
+        total = float(score[x, y, z])
+        if total == 0 or (best is not None and total <= best.score):
+            continue
+        window = cells[:, x, y, z : z + _steps(MAX_STANDOFFS) + 1]
+        heights, widths = np.flatnonzero(window.any(axis=0)) + z, WIDTHS[window.any(axis=1)]
+        low = origin - REACH / 2
+        best = Jaws(
+            fingers=fingers,
+            rotation=rotation,
+            center=np.array([low[0] + x * TOLERANCE, low[1] + y * TOLERANCE]),
+            standoff=(float(low[2] + heights[0] * TOLERANCE), float(low[2] + (heights[-1] + 1) * TOLERANCE)),
+            opening=(0.0 if widths[0] <= WIDTHS[1] else float(widths[0]) - 0.01, float(widths[-1]) + 0.01),
+            spacing=float(spacing),
+            score=total,
+        )
+    return best
+
+
+def _steps(length: float) -> int:
+    return round(length / TOLERANCE)
+
+
+def _windowed(counts: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Sum over the standoffs of one range that starts at each height."""
+    padded = np.concatenate([np.zeros((*counts.shape[:2], 1), counts.dtype), np.cumsum(counts, axis=2)], axis=2)
+    length = min(_steps(MAX_STANDOFFS), counts.shape[2])
+    return np.asarray(padded[:, :, length:] - padded[:, :, :-length])
+
+
+def _occupied(pad: PadSamples, rotation: Array, side: float, origin: Array) -> NDArray[np.bool_]:
+    """Cells of a grid in which a pad has been with its normal along ``side`` times the jaw axis."""
+    facing = side * (pad.normals @ rotation[:, 1]) > math.cos(ANGLE)
+    cells = np.floor((pad.contacts[facing] @ rotation - origin + REACH / 2) / TOLERANCE).astype(int)
+    size = _steps(REACH)
+    cells = cells[((cells >= 0) & (cells < size)).all(axis=1)]
+    grid = np.zeros((size, size, size), bool)
+    grid[tuple(cells.T)] = True
+    return grid
+
+
+def _reached(
+    grids: dict[int, NDArray[np.bool_]], fingers: tuple[tuple[int, ...], tuple[int, ...]], spacing: float, width: float
+) -> NDArray[np.bool_]:
+    """Cells of a jaw centre from which every finger of both jaws has its place."""
+    size = _steps(REACH)
+    reached = np.ones((size, size, size), bool)
+    for side, group in ((1.0, fingers[0]), (-1.0, fingers[1])):
+        grid_order = _lateral_order(grids, group)
+        for place, f in enumerate(grid_order):
+            aside = _steps((place - (len(group) - 1) / 2) * spacing)
+            reached &= _shifted(grids[f], (aside, _steps(side * width / 2), 0))
+    return reached
+
+
+def _lateral_order(grids: dict[int, NDArray[np.bool_]], group: tuple[int, ...]) -> list[int]:
+    """Fingers of a jaw by the lateral middle of where their pads can be."""
+    return sorted(group, key=lambda f: float(np.nonzero(grids[f])[0].mean()))
+
+
+def _shifted(grid: NDArray[np.bool_], steps: tuple[int, int, int]) -> NDArray[np.bool_]:
+    """``grid[x + steps]`` at every x; false where that is outside."""
+    out = np.zeros_like(grid)
+    source, target = [], []
+    for step, size in zip(steps, grid.shape, strict=True):
+        source.append(slice(max(step, 0), size + min(step, 0)))
+        target.append(slice(max(-step, 0), size - max(step, 0)))
+    out[tuple(target)] = grid[tuple(source)]
+    return out
