@@ -1,28 +1,17 @@
-import inspect
 import socket
 import subprocess
 import sys
 from collections.abc import AsyncIterator, Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from app_transports import RunningApp, running_app
+from client_calls import done
 from fingersplit.objects.parametric import cylinder
 from fingersplit_client import AsyncClient, Client, PlanResult
 
 AnyClient = Client | AsyncClient
-
-
-async def done(value: Any) -> Any:
-    """The result of a client's operation, blocking or awaited."""
-    return await value if inspect.isawaitable(value) else value
-
-
-async def items(stream: Any) -> list[Any]:
-    """All items of a client's stream."""
-    return [item async for item in stream] if hasattr(stream, "__aiter__") else list(stream)
 
 
 @pytest.fixture(scope="session")
@@ -44,7 +33,7 @@ def service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
     url = f"http://127.0.0.1:{port}"
     try:
         with Client(url) as client:
-            assert client.ready(timeout=300), "the service did not start"  # with nothing compiled yet it takes minutes
+            assert client.ready(timeout=900), "the service did not start"  # with nothing compiled yet it takes minutes
         yield url
     finally:
         process.terminate()

@@ -101,7 +101,7 @@ async def test_a_server_that_says_nothing_is_not_waited_for_forever(ask: Any) ->
             await ask(server.url, lambda client: client.hands.list(), timeout=0.05)
         assert caught.value.request_id == server.requests[0].headers["X-Request-ID"]
         assert isinstance(caught.value, TimeoutError | ServiceUnreachable)
-        with pytest.raises(WaitTimeout, match=r"no job yet after 0\.05 s") as late:
+        with pytest.raises(WaitTimeout, match=r"no answer about a job within 0\.05 s") as late:
             await ask(server.url, lambda client: client.plan(b"OFF", file_type="off", timeout=0.05, cancel=False))
         assert late.value.job is None
 

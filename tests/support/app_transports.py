@@ -63,6 +63,6 @@ def running_app(app: FastAPI) -> Iterator[RunningApp]:
 
 
 async def _until_ready(running: RunningApp) -> None:
-    with anyio.fail_after(300):  # with nothing compiled yet it takes minutes
+    with anyio.fail_after(900):  # with nothing compiled yet it takes minutes
         while (await running.handle("GET", "http://localhost/readyz", [], b"")).status_code != 200:
             await anyio.sleep(0.05)

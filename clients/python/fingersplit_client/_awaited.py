@@ -16,6 +16,7 @@ from fingersplit_client._flow import (
     Command,
     Emit,
     Flow,
+    Interruption,
     NextEnded,
     NextLine,
     Open,
@@ -109,7 +110,8 @@ class _Drive:
     async def clean_up(self, flow: Generator[Any, Any, Any], interruption: BaseException) -> None:
         """Let an interrupted flow do what it still has to, whoever cancels meanwhile."""
         with anyio.move_on_after(_CLEANUP, shield=True), contextlib.suppress(BaseException):  # the interruption counts
-            command = flow.throw(interruption)
+            left = isinstance(interruption, GeneratorExit)  # which would close what a flow delegates to
+            command = flow.throw(Interruption() if left else interruption)
             while True:
                 try:
                     answer = await self.execute(command)

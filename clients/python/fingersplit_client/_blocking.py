@@ -15,6 +15,7 @@ from fingersplit_client._flow import (
     Command,
     Emit,
     Flow,
+    Interruption,
     NextEnded,
     NextLine,
     Open,
@@ -31,10 +32,6 @@ Result = TypeVar("Result")
 
 _CLEANUP = 10.0
 """Most that threads may still take to clean up [s]; then they are left to themselves."""
-
-
-class _Abandoned(BaseException):
-    """Thrown into a flow of a thread whose results nobody waits for any more."""
 
 
 class Blocking:
@@ -64,11 +61,13 @@ class Blocking:
                         answer = None
                     else:
                         answer = drive.execute(command)
+                except GeneratorExit:  # which would close what a flow delegates to, instead of telling it
+                    command = flow.throw(Interruption())
                 except BaseException as error:
                     command = flow.throw(error)
                 else:
                     command = flow.send(answer)
-        except StopIteration:
+        except (StopIteration, Interruption):
             pass
         finally:
             drive.close()
@@ -148,7 +147,7 @@ class _Drive:
     def _check_abandoned(self) -> None:
         if self._abandoned is not None and self._abandoned.is_set():
             self._abandoned = None  # what is cleaned up is no longer interrupted
-            raise _Abandoned
+            raise Interruption
 
     def _pause(self, seconds: float) -> None:
         if self._abandoned is None:

@@ -15,6 +15,7 @@ __all__ = [
     "Command",
     "Emit",
     "Flow",
+    "Interruption",
     "NextEnded",
     "NextLine",
     "Open",
@@ -25,6 +26,10 @@ __all__ = [
 ]
 
 Result = TypeVar("Result")
+
+
+class Interruption(BaseException):
+    """Thrown into a flow that nobody is interested in any more, so that it cleans up."""
 
 
 @dataclass(frozen=True)

@@ -93,7 +93,7 @@ def wait_or_cancel(
 ) -> Flow[Job[Any]]:
     """Wait until a job has succeeded; see `run`."""
     try:
-        job = yield from get(bound, job_id, 0.0 if on_progress else min(_LONGEST_WAIT, deadline.left))
+        job = yield from get(bound, job_id, 0.0 if on_progress else min(_LONGEST_WAIT, deadline.left), deadline)
         return (yield from _wait(bound, job, deadline, on_progress))
     except BaseException as error:
         if not cancel or not _leaves_job(error):

@@ -160,8 +160,8 @@ class Client(_Operations[Blocking]):
     `JobFailed`, `WaitTimeout`, `RequestTimeout`, `ServiceUnreachable`.
 
     Args:
-        base_url: Where the service listens.
-        api_key: The key to send, where the service wants one.
+        base_url: Where the service listens; by default what ``FINGERSPLIT_SERVER`` says, else `DEFAULT_BASE_URL`.
+        api_key: The key to send, where the service wants one; by default ``FINGERSPLIT_API_KEY``.
         timeout: How long to wait for one answer [s].
         retries: How requests are repeated that failed on their way.
         transport: How requests travel, when not over the network; for tests.
@@ -169,13 +169,14 @@ class Client(_Operations[Blocking]):
 
     def __init__(
         self,
-        base_url: str = DEFAULT_BASE_URL,
+        base_url: str | None = None,
         *,
         api_key: str | None = None,
         timeout: float = 60.0,
         retries: Retries | None = None,
         transport: httpx2.BaseTransport | None = None,
     ) -> None:
+        base_url = base_url or os.environ.get("FINGERSPLIT_SERVER") or DEFAULT_BASE_URL
         self._http = httpx2.Client(base_url=base_url, headers=_headers(api_key), limits=_LIMITS, transport=transport)
         super().__init__(Blocking(self._http, Policy(base_url, timeout, retries or Retries())))
 
@@ -198,8 +199,8 @@ class AsyncClient(_Operations[Awaited]):
     Use it in an ``async with`` statement, or await `close`. It runs in asyncio and trio, `plan_many` in asyncio only.
 
     Args:
-        base_url: Where the service listens.
-        api_key: The key to send, where the service wants one.
+        base_url: Where the service listens; by default what ``FINGERSPLIT_SERVER`` says, else `DEFAULT_BASE_URL`.
+        api_key: The key to send, where the service wants one; by default ``FINGERSPLIT_API_KEY``.
         timeout: How long to wait for one answer [s].
         retries: How requests are repeated that failed on their way.
         transport: How requests travel, when not over the network; for tests.
@@ -207,13 +208,14 @@ class AsyncClient(_Operations[Awaited]):
 
     def __init__(
         self,
-        base_url: str = DEFAULT_BASE_URL,
+        base_url: str | None = None,
         *,
         api_key: str | None = None,
         timeout: float = 60.0,
         retries: Retries | None = None,
         transport: httpx2.AsyncBaseTransport | None = None,
     ) -> None:
+        base_url = base_url or os.environ.get("FINGERSPLIT_SERVER") or DEFAULT_BASE_URL
         self._http = httpx2.AsyncClient(
             base_url=base_url, headers=_headers(api_key), limits=_LIMITS, transport=transport
         )
@@ -233,4 +235,5 @@ class AsyncClient(_Operations[Awaited]):
 
 
 def _headers(api_key: str | None) -> dict[str, str]:
-    return {"Authorization": f"Bearer {api_key}"} if api_key else {}
+    key = api_key or os.environ.get("FINGERSPLIT_API_KEY")
+    return {"Authorization": f"Bearer {key}"} if key else {}

@@ -132,7 +132,7 @@ class WaitTimeout(FingersplitClientError, TimeoutError):  # noqa: N818 -- names 
 
     def __init__(self, job: JobSummary | None, timeout: float, request_id: str | None = None) -> None:
         if job is None:
-            text, advice = f"There was no job yet after {timeout:g} s", "Give a longer timeout."
+            text, advice = f"The service gave no answer about a job within {timeout:g} s", "Give a longer timeout."
         elif job.state == "cancelled":
             text, advice = f"Job {job.id} had not ended after {timeout:g} s and was cancelled", "Give a longer timeout."
         else:
