@@ -167,8 +167,9 @@ async def test_nobody_is_ready_where_nobody_listens(client: Any, unused_url: str
 
 
 def test_a_form_of_the_service_takes_what_an_object_can_be_told(app: Any) -> None:
-    schemas = app.app.openapi()["components"]["schemas"]
-    (form,) = [schema for name, schema in schemas.items() if name.endswith("upload_object") or name == "ObjectUpload"]
+    document = app.app.openapi()
+    body = document["paths"]["/v1/objects"]["post"]["requestBody"]["content"]["multipart/form-data"]["schema"]
+    form = document["components"]["schemas"][body["$ref"].rpartition("/")[2]]
     assert set(form["properties"]) == ObjectKeywords.__annotations__.keys() - {"file_type"} | {"file"}
 
 
