@@ -22,6 +22,10 @@ __all__ = ["LARGE_OPENING", "Moments", "Solid", "close_surface", "moments_of", "
 LARGE_OPENING = 0.3
 """Share of the closed surface that caps may be; beyond, what a surface encloses is anybody's guess, and the hull it is.
 A half ball that lacks its flat side has 0.33, a cube that lacks a face 0.17."""
+MIN_FACING = 0.5
+"""Mean cosine between a hole's direction and the normals around it from which on these say how the cap bulges."""
+STIFFNESS = 0.02
+"""How much the top of a cap is held to the middle of its loop, beside the planes around it."""
 LINES = 128
 """Lines along each side of the lattice that enclosed space is measured by."""
 MULTIPLY = 2e-3
@@ -107,19 +111,59 @@ def unmatched_sides(faces: NDArray[np.int32], count: int) -> int:
 def close_surface(
     vertices: NDArray[np.float64], faces: NDArray[np.int32]
 ) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
-    """Vertices (n, 3) [m] and faces (m, 3) with a cap on every loop of the boundary, a fan about its middle."""
+    """Vertices (n, 3) [m] and faces (m, 3) with a cap on every loop of the boundary, a fan about its top."""
     rim = _boundary(faces, len(vertices))
     if not len(rim):
         return vertices, faces
-    middles, caps = list[NDArray[np.float64]](), list[NDArray[np.int64]]()
+    normals = _normals_at(rim, vertices, faces)
+    tops, caps = list[NDArray[np.float64]](), list[NDArray[np.int64]]()
     for loop in _loops(rim):
         if len(loop) == 3:
             caps.append(np.array([loop[::-1]]))
         elif len(loop) > 3:
-            apex = len(vertices) + len(middles)
-            middles.append(vertices[loop].mean(axis=0))
+            apex = len(vertices) + len(tops)
+            sides = zip(loop, [*loop[1:], loop[0]], strict=True)
+            tops.append(_top(vertices[loop], np.array([normals[side] for side in sides])))
             caps.append(np.column_stack([np.roll(loop, -1), loop, np.full(len(loop), apex)]))
-    return np.vstack([vertices, *middles]), np.vstack([faces, *caps]).astype(np.int32)
+    return np.vstack([vertices, *tops]), np.vstack([faces, *caps]).astype(np.int32)
+
+
+def _normals_at(
+    rim: NDArray[np.int64], vertices: NDArray[np.float64], faces: NDArray[np.int32]
+) -> dict[tuple[int, int], NDArray[np.float64]]:
+    """Unit normal (3,) of a face at each directed edge of the rim (n, 2)."""
+    sides = np.stack([faces, np.roll(faces, -1, axis=1)], axis=-1).astype(np.int64).reshape(-1, 2)
+    at_rim = np.flatnonzero(np.isin(sides @ (len(vertices), 1), rim @ (len(vertices), 1)))
+    a, b, c = (vertices[corner] for corner in faces[at_rim // 3].T)
+    normals = np.cross(b - a, c - a)
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
+    return dict(zip(map(tuple, sides[at_rim].tolist()), normals, strict=True))
+
+
+def _top(corners: NDArray[np.float64], normals: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Top (3,) of the cap on a loop.
+
+    Where the surface around a hole faces the way the hole does, the planes of its faces go on over the hole, and the
+    top is nearest to all of them: the missing corner of a box, the crown of a missing piece of a ball. Where the
+    surface stands up around the hole, as at the rim of a cup, the cap is flat.
+
+    Args:
+        corners: Of the loop, (n, 3) [m].
+        normals: Unit normals of the faces at its sides, (n, 3).
+    """
+    middle = corners.mean(axis=0)
+    sides = np.roll(corners, -1, axis=0) - corners
+    facing = -np.cross(corners - middle, sides).sum(axis=0)
+    facing /= max(float(np.linalg.norm(facing)), 1e-300)
+    weights = np.linalg.norm(sides, axis=1)
+    weights /= max(float(weights.sum()), 1e-300)
+    if weights @ (normals @ facing) < MIN_FACING:
+        return np.asarray(middle)
+    heights = np.einsum("ij,ij->i", normals, corners - middle)
+    weighted = normals * weights[:, None]
+    offset = np.linalg.solve(weighted.T @ normals + STIFFNESS * np.eye(3), weighted.T @ heights)
+    radius = float(np.linalg.norm(corners - middle, axis=1).mean())
+    return np.asarray(middle + offset * min(1.0, radius / max(float(np.linalg.norm(offset)), 1e-300)))
 
 
 def _boundary(faces: NDArray[np.int32], count: int) -> NDArray[np.int64]:

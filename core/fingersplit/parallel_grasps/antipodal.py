@@ -15,8 +15,8 @@ __all__ = ["MIN_OPENING", "sample_antipodal"]
 MIN_RAYS, RAYS_PER_PAIR = 640, 10
 FOLLOWED = 64
 """Fewest rays that a thread follows at a time."""
-MIN_OPENING = 2e-3
-"""[m]; thinner than this a pad cannot be placed on both sides."""
+MIN_OPENING = 1e-4
+"""[m]; nearer to each other than this, two surfaces are one to the rays that look for pairs."""
 
 
 def sample_antipodal(

@@ -62,6 +62,8 @@ def crossing_pairs(triangles, surface, draws, least_cosine, narrowest, widest):
             end = add(origin, scale(distances[k], direction))
             j = nearest(surface.grid, end, -1)
             seen = norm(subtract(end, get(surface.grid.points, j))) <= UNSEEN * surface.spacing
+            # Through a foil, the nearest sample may be one of the side that the ray came from, and says nothing.
+            seen = seen and dot(get(surface.normals, j), direction) > FACING_AWAY
             smooth = dot(get(surface.normals, j), direction) if seen else flat
             if not judged:
                 consistency, judged = _normal_consistency(surface, i), True

@@ -93,7 +93,7 @@ def plan(
     grasps = rank_runs(model, runs, top_k, friction, threads)
     watch.lap("ranking")
     report("ranking", 1.0)
-    message = describe_outcome(len(parallel_grasps), runs, hand, friction)
+    message = describe_outcome(len(parallel_grasps), runs, hand, friction, model)
     return Plan(hand, model, seed, starts, friction, runs, grasps, message, seconds)
 
 

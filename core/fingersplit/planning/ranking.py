@@ -12,6 +12,8 @@ from fingersplit.contacts.metrics import WrenchSpace
 from fingersplit.execution.execution import GraspExecution, plan_execution
 from fingersplit.hands.hand import Hand
 from fingersplit.objects.model import ObjectModel
+from fingersplit.parallel_grasps.antipodal import MIN_OPENING
+from fingersplit.parallel_grasps.guided_starts_kernel import TOUCHING
 from fingersplit.planning.plan import PlannedGrasp
 from fingersplit.planning.run import Run
 
@@ -97,7 +99,18 @@ def _nearly_same(a: Run, b: Run) -> bool:
     return bool(math.acos(min(1.0, max(-1.0, cosine))) < SAME_ROTATION)
 
 
-def describe_outcome(grasps: int, runs: Sequence[Run], hand: Hand, friction: float) -> str:
+def _thickness(model: ObjectModel) -> str:
+    """What a sentence adds for an object thinner than some pairs must be apart."""
+    thickness = 2e3 * model.mesh.volume / model.mesh.area  # of a plate
+    if thickness >= 2e3 * TOUCHING:
+        return ""
+    return (
+        f" The object is about {thickness:.2g} mm thick, and pairs nearer than {1e3 * MIN_OPENING:g} mm "
+        f"({2e3 * TOUCHING:g} mm for surface fitting) are left out."
+    )
+
+
+def describe_outcome(grasps: int, runs: Sequence[Run], hand: Hand, friction: float, model: ObjectModel) -> str:
     """One sentence on how the runs that came of ``grasps`` parallel grasps ended; why none is feasible, if none is."""
     feasible = sum(run.feasible for run in runs)
     if feasible:
@@ -106,7 +119,7 @@ def describe_outcome(grasps: int, runs: Sequence[Run], hand: Hand, friction: flo
         low, high = (1e3 * x for x in hand.gripper.opening)
         return (
             f"No parallel grasp exists to start from: no two opposite surface points lie inside each other's friction "
-            f"cones (friction {friction:g}) within the hand's opening of {low:g} to {high:g} mm."
+            f"cones (friction {friction:g}) within the hand's opening of {low:g} to {high:g} mm.{_thickness(model)}"
         )
     if not runs:
         return (

@@ -47,7 +47,7 @@ class IntakeReport(Document):
         description="How the volume was found: exactly, with holes closed, with parts that overlap counted once, or of "
         "the convex hull where openings are a large part of the surface.",
     )
-    open_share: float = Field(default=0.0, description="Share of the area that is missing, as flat caps measure it.")
+    open_share: float = Field(default=0.0, description="Share of the area that is missing, as its caps measure it.")
     remarks: list[str] = Field(default=[], description="What may not be expected, in sentences.")
 
 

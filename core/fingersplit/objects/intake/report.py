@@ -36,7 +36,7 @@ class IntakeReport:
         area: Surface area [m^2].
         volume: Enclosed volume [m^3]; see ``volume_method``.
         volume_method: ``"surface"``, ``"capped_holes"``, ``"union"`` or ``"convex_hull"``; see `Solid`.
-        open_share: Share of the area that is missing, as flat caps on the holes measure it [1].
+        open_share: Share of the area that is missing, as the caps on the holes measure it [1].
     """
 
     file_type: str
@@ -77,7 +77,7 @@ class IntakeReport:
             )
         elif self.holes:
             remarks.append(
-                f"The surface is open ({_counted(self.holes, 'hole')}, {_share(self.open_share)} of its area): flat "
+                f"The surface is open ({_counted(self.holes, 'hole')}, {_share(self.open_share)} of its area): "
                 "caps close it for volume, mass and what counts as inside."
             )
         if self.volume_method == "union":
