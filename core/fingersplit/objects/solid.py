@@ -24,7 +24,7 @@ LARGE_OPENING = 0.3
 A half ball that lacks its flat side has 0.33, a cube that lacks a face 0.17."""
 MIN_FACING = 0.5
 """Mean cosine between a hole's direction and the normals around it from which on these say how the cap bulges."""
-STIFFNESS = 0.02
+STIFFNESS = 0.06
 """How much the top of a cap is held to the middle of its loop, beside the planes around it."""
 LINES = 128
 """Lines along each side of the lattice that enclosed space is measured by."""
