@@ -16,6 +16,7 @@ from fingersplit_service.endpoints import (
     hands,
     health,
     jobs,
+    object_lookup,
     objects,
     parallel_grasps,
     sessions,
@@ -66,7 +67,20 @@ def create_app(settings: ServiceSettings | None = None, functions: WorkerFunctio
         lifespan=lifespan,
         redoc_url=None,
     )
-    for resource in (objects, parallel_grasps, jobs, grasps, views, exports, events, batches, hands, sessions, health):
+    for resource in (
+        object_lookup,
+        objects,
+        parallel_grasps,
+        jobs,
+        grasps,
+        views,
+        exports,
+        events,
+        batches,
+        hands,
+        sessions,
+        health,
+    ):
         app.include_router(resource.router)
     for part in (pages, viewer):
         app.include_router(part.router)

@@ -1,5 +1,7 @@
 """Requests on their way: what is repeated, what is an error, against a server that follows a script."""
 
+import hashlib
+import json
 import math
 from datetime import UTC, datetime, timedelta
 from email.utils import format_datetime
@@ -9,6 +11,7 @@ import anyio
 import httpx2
 import pytest
 
+from client_calls import done
 from fingersplit_client import (
     ApiError,
     AsyncClient,
@@ -20,6 +23,7 @@ from fingersplit_client import (
     JobCreate,
     JobFailed,
     NotFoundError,
+    ObjectInfo,
     OverloadedError,
     ParallelGraspsGenerate,
     RequestTimeout,
@@ -30,8 +34,9 @@ from fingersplit_client import (
 from fingersplit_client._exchange import Deadline, Policy, exchange
 from fingersplit_client._flow import Pause, Send
 from fingersplit_client.retries import retry_after
-from job_documents import job_document, problem_document
+from job_documents import job_document, problem_document, summary_document
 from scripted_server import Step, answers, cuts, cuts_midway, says_nothing, scripted_server, streams
+from waiting_service import OBJECT
 
 pytestmark = pytest.mark.anyio
 AT_ONCE = Retries(pause=0.0)
@@ -154,6 +159,37 @@ async def test_fields_stand_in_the_message(ask: Any) -> None:
         await ask(server.url, lambda client: client.hands.list())
 
 
+async def test_bytes_that_the_service_knows_are_not_sent(ask: Any) -> None:
+    known = answers(json.loads(ObjectInfo.model_validate(OBJECT).model_dump_json()))
+    with scripted_server(known) as server:
+        info = await ask(server.url, lambda client: client.objects.upload(b"OFF 1", file_type="off", mass=0.3))
+        (lookup,) = server.requests
+    assert info.id == OBJECT["id"]
+    assert lookup.path == "/v1/objects/lookup"
+    assert json.loads(lookup.body) == {"sha256": hashlib.sha256(b"OFF 1").hexdigest(), "mass": 0.3}
+
+
+@pytest.mark.parametrize("refusal", [answers(problem_document(404), 404), answers(problem_document(405), 405)])
+async def test_bytes_that_the_service_does_not_know_are_sent_once(ask: Any, refusal: Step) -> None:
+    created = answers(json.loads(ObjectInfo.model_validate(OBJECT).model_dump_json()), 201)
+    queued = answers(job_document(), 202)
+    ended = answers(job_document("cancelled"))
+    with scripted_server(refusal, created, queued, ended, queued, ended) as server:
+
+        async def twice(client: Any) -> None:
+            for _ in range(2):
+                with pytest.raises(JobFailed):
+                    await done(client.plan(b"OFF 2", file_type="off", unit="mm", viewpoint=[0, 0.5, 1]))
+
+        await ask(server.url, lambda client: anyio.run(twice, client) if isinstance(client, Client) else twice(client))
+        asked = [request.path for request in server.requests]
+    assert asked == ["/v1/objects/lookup", "/v1/objects", *["/v1/jobs", "/v1/jobs/a%2Fb"] * 2]
+    form = server.requests[1].body
+    assert b"OFF 2" in form
+    assert b'name="unit"\r\n\r\nmm' in form
+    assert b'name="viewpoint"\r\n\r\n0.0,0.5,1.0' in form
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [
@@ -200,10 +236,6 @@ async def test_a_timeout_is_told_as_it_was_given(ask: Any) -> None:
 
 
 def event(number: int, state: str, progress: float = 0.0) -> bytes:
-    import json
-
-    from job_documents import summary_document
-
     document = json.dumps(summary_document(state, progress=progress))
     return f"id: {number}\nevent: {state}\ndata: {document}\n\n".encode()
 

@@ -8,7 +8,7 @@ import sqlalchemy as sa
 
 from fingersplit_client.schemas import ObjectInfo, ParallelGraspSetInfo
 from fingersplit_service.database.connection import Store, accepting, insert_missing, reading
-from fingersplit_service.database.tables import jobs, objects, parallel_grasp_sets
+from fingersplit_service.database.tables import jobs, objects, parallel_grasp_sets, uploads
 
 __all__ = ["ObjectStore", "Removal", "StoredObject"]
 
@@ -60,6 +60,19 @@ class ObjectStore(Store):
         """An object's document, JSON; None when the owner has no such object."""
         return connection.execute(sa.select(objects.c.document).where(_is(owner, object_id))).scalar()
 
+    @accepting
+    def note_upload(self, connection: sa.Connection, owner: str, key: str, object_id: str) -> None:
+        """Remember which object a file became; ``key`` stands for the file and what was said of it."""
+        row = {"owner": owner, "key": key, "object_id": object_id}
+        insert_missing(connection, uploads, row, ["owner", "key"])
+
+    @reading
+    def uploaded(self, connection: sa.Connection, owner: str, key: str) -> str | None:
+        """Document of the object that a file became, JSON; None when its owner has no such object."""
+        same = (uploads.c.owner == objects.c.owner) & (uploads.c.object_id == objects.c.id)
+        query = sa.select(objects.c.document).join(uploads, same).where(uploads.c.owner == owner, uploads.c.key == key)
+        return connection.execute(query).scalar()
+
     @reading
     def page(self, connection: sa.Connection, owner: str, before: int | None, limit: int) -> list[StoredObject]:
         """Objects of an owner, newest first, older than the place ``before``."""
@@ -81,6 +94,7 @@ class ObjectStore(Store):
             return Removal(found=True, unfinished=unfinished)
         found = connection.execute(sa.delete(objects).where(_is(owner, object_id))).rowcount == 1
         connection.execute(sa.delete(parallel_grasp_sets).where(_has_grasps(owner, object_id)))
+        connection.execute(sa.delete(uploads).where(uploads.c.owner == owner, uploads.c.object_id == object_id))
         return Removal(found=found)
 
     @reading

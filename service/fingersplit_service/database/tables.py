@@ -5,7 +5,7 @@ Times are seconds since 1970, UTC; documents are JSON text. ``owner`` is the id 
 
 import sqlalchemy as sa
 
-__all__ = ["api_keys", "jobs", "metadata", "objects", "parallel_grasp_sets", "results"]
+__all__ = ["api_keys", "jobs", "metadata", "objects", "parallel_grasp_sets", "results", "uploads"]
 
 metadata = sa.MetaData()
 
@@ -85,6 +85,15 @@ results = sa.Table(
     metadata,
     sa.Column("job_id", _Id, sa.ForeignKey("jobs.id", ondelete="CASCADE"), primary_key=True),
     sa.Column("document", sa.Text, nullable=False, comment="PlanResult; apart, so that lists do not read over it"),
+)
+
+uploads = sa.Table(
+    "uploads",
+    metadata,
+    sa.Column("owner", _Id, primary_key=True),
+    sa.Column("key", _Id, primary_key=True, comment="hash of a file and of what was said of it"),
+    sa.Column("object_id", _Id, nullable=False),
+    sa.Index("ix_uploads_object", "owner", "object_id"),
 )
 
 api_keys = sa.Table(

@@ -1,5 +1,7 @@
 """Objects as the endpoints see them: keep an upload, find parallel grasps, export, delete."""
 
+import asyncio
+import hashlib
 from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
@@ -11,6 +13,7 @@ from pydantic import TypeAdapter
 from fingersplit.errors import FingersplitError, ObjectFileError, ParallelGraspError
 from fingersplit_client.schemas import (
     ObjectInfo,
+    ObjectLookup,
     ParallelGrasp,
     ParallelGraspSet,
     ParallelGraspSetInfo,
@@ -71,11 +74,23 @@ class ObjectService:
                 break
         else:
             raise ResourceGone(f"The file of object {info.id} was removed by clean-up; upload it again.")
+        await self._objects.note_upload(owner, _upload_key(await asyncio.to_thread(_description, upload)), info.id)
         if not fresh:
             return await self.get(owner, info.id), False
         deadline = self._settings.plan_deadline_s
         self._pool.run_idly(self._functions.decompose, self._storage, info.id, deadline_s=deadline)
         return info, True
+
+    async def find(self, owner: str, lookup: ObjectLookup) -> ObjectInfo:
+        """The object that a file became when its owner uploaded it with these options.
+
+        Raises:
+            NotFound: The owner did not, or has deleted it.
+        """
+        document = await self._objects.uploaded(owner, _upload_key(lookup))
+        if document is None:
+            raise NotFound("This file is not known with these options; upload it to /v1/objects.")
+        return ObjectInfo.model_validate_json(document)
 
     async def get(self, owner: str, object_id: str) -> ObjectInfo:
         """One object.
@@ -263,3 +278,16 @@ def _set_info(row: Any) -> dict[str, Any]:
 
 def _unknown_set(object_id: str, set_id: str) -> NotFound:
     return NotFound(f"Object {object_id!r} has no set of parallel grasps {set_id!r}.")
+
+
+def _description(upload: Upload) -> ObjectLookup:
+    """What a client says of a file that it may have uploaded before."""
+    with upload.path.open("rb") as file:
+        sha256 = hashlib.file_digest(file, "sha256").hexdigest()
+    return ObjectLookup(
+        sha256=sha256, unit=upload.unit, scale=upload.scale, viewpoint=upload.viewpoint, **upload.options
+    )
+
+
+def _upload_key(lookup: ObjectLookup) -> str:
+    return hashlib.sha256(lookup.model_dump_json().encode()).hexdigest()

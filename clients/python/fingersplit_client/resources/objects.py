@@ -89,7 +89,9 @@ def upload_file(
         response = yield from objects._exchange(
             "POST", "/v1/objects/lookup", json=asked, repeatable=True, deadline=deadline
         )
-        return parse(ObjectInfo, response)
+        found = parse(ObjectInfo, response)
+        if name is None or name == found.name:  # else the upload gives it the new one
+            return found
     except NotFoundError:
         pass
     except InvalidRequestError as error:
