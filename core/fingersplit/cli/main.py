@@ -14,6 +14,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
+from fingersplit.cli.hand import app as hand_app
 from fingersplit.cli.record import record, review, setup_viewer
 from fingersplit.cli.verify import named_values, verify_stored
 from fingersplit.errors import ExchangeError, FingersplitError
@@ -40,7 +41,9 @@ def plan(
             help="Mesh (STL, OBJ, PLY, OFF, GLB) or point cloud (PLY, PCD, NPZ).", exists=True, dir_okay=False
         ),
     ],
-    hand: Annotated[str, typer.Option(help="Hand to plan for; see `fingersplit hands`.")] = "barrett",
+    hand: Annotated[
+        str, typer.Option(help="Hand to plan for: a name of `fingersplit hands`, a folder or a zip.")
+    ] = "barrett",
     starts: Annotated[int, typer.Option(help="Most runs of the finger splitting.", min=1)] = 64,
     seed: Annotated[int, typer.Option(help="Seed of every random choice.", min=0)] = 0,
     unit: Annotated[str, typer.Option(help="Unit of the file: m, mm, cm or in.")] = "m",
@@ -201,6 +204,7 @@ def warm() -> None:
             compile_kernels(load_hand(name))
 
 
+app.add_typer(hand_app, name="hand")
 app.command("verify")(verify_stored)
 app.command()(record)
 app.command()(review)

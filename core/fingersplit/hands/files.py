@@ -47,7 +47,7 @@ def find_hand(source: str | Path) -> HandFiles:
         HandError: A folder or zip without a description, or with one that is wrong.
     """
     if isinstance(source, str) and source in available_hands():
-        return _read_folder(_FOLDER / source, source)
+        return _read_folder(_FOLDER / source, source, _FOLDER)
     path = Path(source)
     if path.is_dir():
         return _read_folder(path, path.resolve().name)
@@ -69,7 +69,8 @@ def find_models(folder: Path) -> list[Path]:
     return [path for path in models if not path.name.startswith("scene")]
 
 
-def _read_folder(folder: Path, name: str) -> HandFiles:
+def _read_folder(folder: Path, name: str, whole: Path | None = None) -> HandFiles:
+    """The hand in a folder; its model lies in there, or in ``whole``."""
     places = [folder / DESCRIPTION] if (folder / DESCRIPTION).is_file() else sorted(folder.glob(f"*/{DESCRIPTION}"))
     if len(places) != 1:
         what = "no" if not places else "more than one"
@@ -80,9 +81,9 @@ def _read_folder(folder: Path, name: str) -> HandFiles:
     description = read_description(text, f"{name}/{DESCRIPTION}")
     root = places[0].parent
     model = (root / description.model).resolve()
-    if not model.is_relative_to(root.resolve()) or not model.is_file():
+    if not model.is_relative_to((whole or root).resolve()) or not model.is_file():
         raise HandError(f"{name}/{DESCRIPTION}: the model {description.model!r} is not a file beside it.")
-    return HandFiles(name, root, model, description, _digest(text, model, root))
+    return HandFiles(name, root, model, description, _digest(text, model, model.parent))
 
 
 @cache

@@ -16,6 +16,8 @@ __all__ = ["neutral_joints", "self_collision_pairs", "shape_distances"]
 
 Array = NDArray[np.float64]
 
+NEAR = 2e-3
+"""[m]; shapes so near to each other while nothing is closed are taken for neighbours."""
 FAR = 1.0
 """[m]; distances are not measured beyond."""
 
@@ -25,7 +27,7 @@ def self_collision_pairs(model: HandModel) -> NDArray[np.int64]:
     """Pairs of shapes (n, 2) that are tested against each other.
 
     Left out are shapes of one rigid body, of links next to each other, of pairs that the model excludes, and those that
-    touch while all drivers stand at zero or at the limit nearest to it: they are neighbours, or fitted too generously.
+    nearly touch while all drivers stand at zero or at the limit nearest to it: they are neighbours.
     """
     bodies = [_rigid_body(model, i) for i in range(len(model.links))]
     above = [_above(model, bodies, i) for i in range(len(model.links))]
@@ -36,7 +38,7 @@ def self_collision_pairs(model: HandModel) -> NDArray[np.int64]:
         if a != b and above[a] != b and above[b] != a and frozenset((a, b)) not in excluded:
             pairs.append((i, j))
     found = np.array(pairs, dtype=np.int64).reshape(-1, 2)
-    return found[shape_distances(model, neutral_joints(model), found) > 0]
+    return found[shape_distances(model, neutral_joints(model), found) > NEAR]
 
 
 def neutral_joints(model: HandModel) -> Array:

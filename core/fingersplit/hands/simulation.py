@@ -63,7 +63,7 @@ def _add_couplings(spec: Any, model: HandModel) -> None:
         if j in places:
             continue
         if len(columns) < 2:
-            data = np.zeros(11)
+            data = np.zeros(12)
             data[0] = coupling.offset[j] - joint.reference
             equality = spec.add_equality(name=f"{joint.name}_coupling", type=mujoco.mjtEq.mjEQ_JOINT, name1=joint.name)
             equality.objtype = mujoco.mjtObj.mjOBJ_JOINT
@@ -80,7 +80,7 @@ def _add_couplings(spec: Any, model: HandModel) -> None:
             driver, ratio = model.joints[places[column]], coupling.matrix[j, column]
             tendon.wrap_joint(driver.name, -ratio)
             length -= ratio * driver.reference
-        data = np.zeros(11)
+        data = np.zeros(12)
         data[0] = coupling.offset[j] - length
         equality = spec.add_equality(name=f"{joint.name}_coupling", type=mujoco.mjtEq.mjEQ_TENDON, name1=tendon.name)
         equality.objtype, equality.data = mujoco.mjtObj.mjOBJ_TENDON, data

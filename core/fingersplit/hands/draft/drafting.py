@@ -1,5 +1,6 @@
 """The whole description of a hand from its model file alone, by moving it."""
 
+import shutil
 from itertools import combinations
 from pathlib import Path
 from typing import Any
@@ -23,13 +24,15 @@ from fingersplit.hands.draft.pads import find_pads
 from fingersplit.hands.draft.postures import finger_drivers, park, preshapes
 from fingersplit.hands.draft.sampling import Samples, sample_postures
 from fingersplit.hands.draft.structure import FingerBodies, find_fingers, find_palm
+from fingersplit.hands.draft.toml_writer import description_to_toml
+from fingersplit.hands.files import DESCRIPTION
 from fingersplit.hands.fingers import Pad
 from fingersplit.hands.forward import link_poses
 from fingersplit.hands.limits import MAX_CHAIN_JOINTS, MAX_FINGERS
 from fingersplit.hands.model import HandModel
 from fingersplit.hands.tree import compile_model, read_tree
 
-__all__ = ["draft_hand"]
+__all__ = ["draft_folder", "draft_hand"]
 
 Array = NDArray[np.float64]
 
@@ -89,6 +92,34 @@ def draft_hand(
         }
     )
     return HandDescription.model_validate(finished.model_dump()), (*notes, *told, *model.notes)
+
+
+def draft_folder(
+    model_file: Path, root: Path, output: Path, palm: str | None = None, fingers: tuple[str, ...] = ()
+) -> tuple[str, ...]:
+    """A folder with the files of a model and a proposal for its description; returns what a person should look at.
+
+    Args:
+        model_file: MJCF or URDF, below ``root``.
+        root: Folder of its files, copied unless it is ``output``.
+        output: Folder to write to.
+        palm: As in ``draft_hand``.
+        fingers: As in ``draft_hand``.
+
+    Raises:
+        HandError: As in ``draft_hand``; or there is a description already.
+    """
+    if (output / DESCRIPTION).exists():
+        raise HandError(f"{output / DESCRIPTION} exists; move it away before another one is proposed.")
+    description, notes = draft_hand(model_file, root, palm, fingers)
+    if output.resolve() != root.resolve():
+        if output.resolve().is_relative_to(root.resolve()):
+            raise HandError(f"{output} lies inside of the folder that is copied; choose another place for it.")
+        shutil.copytree(root, output, dirs_exist_ok=True)
+    place = model_file.resolve().relative_to(root.resolve()).as_posix()
+    text = description_to_toml(description.model_copy(update={"model": place}), notes)
+    (output / DESCRIPTION).write_text(text)
+    return notes
 
 
 def _described(
