@@ -125,7 +125,7 @@ class PositionServo(Controller):
         controls = np.zeros((len(ramp), scene.model.nu))
         torques = np.einsum("fkn,fk->n", scene.finger_jacobians(), grip.forces)
         press = np.clip(self.give * torques / scene.hand.torque_limits, -self.give, self.give)
-        controls[:, scene.joint_controls] = scene.data.qpos[scene.joint_qpos] + np.outer(ramp, press)
+        controls[:, scene.joint_controls] = scene.data.qpos[scene.driver_qpos] + np.outer(ramp, press)
         return controls
 
     def hold(self, _scene: Scene, closing: NDArray[np.float64]) -> NDArray[np.float64]:

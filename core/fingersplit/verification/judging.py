@@ -89,7 +89,7 @@ def measure_phase(
         largest_penetration=float(track.penetrations[rows].max()),
         saturated_joints=tuple(
             joint
-            for joint, share in zip(hand.joint_names, at_limit.mean(axis=0), strict=True)
+            for joint, share in zip(hand.driver_names, at_limit.mean(axis=0), strict=True)
             if share >= SATURATED_SHARE
         ),
     )

@@ -60,7 +60,9 @@ class Scene:
         moving_bodies: Bodies that feel inertial forces: the fingers and the object.
         servo_controls: Controls of the fingertip servos along the palm's axes, (F, 3).
         pair_controls: Controls of the virtual springs, (P,).
-        joint_controls: Controls of the joint servos, (N,).
+        driver_qpos: Position of every driver of the active fingers, (A,).
+        coupling: S, joints by those drivers, (N, A).
+        joint_controls: Controls of the drivers' servos, (A,).
     """
 
     hand: Hand
@@ -77,6 +79,8 @@ class Scene:
     moving_bodies: NDArray[np.int64]
     servo_controls: NDArray[np.int64]
     pair_controls: NDArray[np.int64]
+    driver_qpos: NDArray[np.int64]
+    coupling: NDArray[np.float64]
     joint_controls: NDArray[np.int64]
     _rollout_data: list[Any] = field(default_factory=list)
 
@@ -84,7 +88,7 @@ class Scene:
     def build(cls, hand: Hand, pieces: ConvexPieces) -> Self:
         """Compile the scene of a hand and an object: a few tenths of a second, then good for all grasps."""
         spec, chains = hand.spec(), finger_chains(hand)
-        mount_hand(spec, hand, chains)
+        mount_hand(spec, hand)
         drive_hand(spec, hand)
         add_object(spec, pieces)
         add_sensors(spec, hand, chains)
@@ -94,7 +98,7 @@ class Scene:
         model = spec.compile()
         joints = [model.joint(name) for name in hand.joint_names]
         fingers = [finger.name for finger in hand.fingers]
-        bodies = [model.body(name).id for chain in chains for name in chain]
+        bodies = [model.body(link.name).id for link in hand.model.links[1:]]
         return cls(
             hand=hand,
             model=model,
@@ -110,7 +114,9 @@ class Scene:
             moving_bodies=np.array([*bodies, model.body(OBJECT).id]),
             servo_controls=np.array([[model.actuator(f"{name}_{axis}").id for axis in "xyz"] for name in fingers]),
             pair_controls=np.array([model.actuator(pair_name(a, b)).id for a, b in combinations(fingers, 2)]),
-            joint_controls=np.array([model.actuator(servo_name(name)).id for name in hand.joint_names]),
+            joint_controls=np.array([model.actuator(servo_name(name)).id for name in hand.driver_names]),
+            driver_qpos=np.array([model.joint(name).qposadr[0] for name in hand.driver_names]),
+            coupling=hand.model.coupling.matrix[:, list(hand.drivers)],
         )
 
     def copy(self) -> "Scene":
@@ -164,11 +170,11 @@ class Scene:
         mujoco.mj_forward(self.model, self.data)
 
     def finger_jacobians(self) -> NDArray[np.float64]:
-        """Velocity of every grip site by the hand's joints, (F, 3, N) [m/rad], world frame."""
+        """Velocity of every grip site by the hand's drivers, J S, (F, 3, A) [m/rad], world frame."""
         jacobians = np.empty((len(self.grip_sites), 3, self.model.nv))
         for site, jacobian in zip(self.grip_sites, jacobians, strict=True):
             mujoco.mj_jacSite(self.model, self.data, jacobian, None, site)
-        return jacobians[:, :, self.joint_dofs]
+        return jacobians[:, :, self.joint_dofs] @ self.coupling
 
     def finger_masses(self) -> NDArray[np.float64]:
         """Mass of each finger (F,) [kg]."""

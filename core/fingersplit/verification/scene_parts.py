@@ -5,8 +5,10 @@ from typing import Any
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from fingersplit.hands.hand import Hand
+from fingersplit.hands.self_collision import self_collision_pairs
 from fingersplit.objects.convex_pieces import ConvexPieces
 
 __all__ = [
@@ -42,33 +44,60 @@ _MIN_DISTANCE, _NET_FORCE = 1, 3  # its ways to reduce many contacts to one
 
 
 def finger_chains(hand: Hand) -> list[list[str]]:
-    """Names of each active finger's bodies from the palm outwards, the palm left out."""
-    names = [link.name for link in hand.model.links]
-    return [[names[link] for link in hand.model.path(pad.link)[1:]] for pad in hand.pads]
+    """Names of each active finger's bodies from the palm outwards, the palm left out; then what they carry rigidly."""
+    return [_chain(hand, pad.link) for pad in hand.pads]
 
 
-def mount_hand(spec: Any, hand: Hand, chains: list[list[str]]) -> None:
+def mount_hand(spec: Any, hand: Hand) -> None:
     """The palm fixed in the world (it is placed with the grasp), grip sites on the fingers, contact parameters."""
+    links = hand.model.links
     spec.body(hand.palm).add_site(name=PALM_FRAME)
-    for finger, chain in zip(hand.fingers, chains, strict=True):
-        spec.body(chain[-1]).add_site(name=grip_site(finger.name), pos=[0.01, 0, 0])  # moved with the grasp
-        # Neighbours overlap at their joint; what lies two joints apart may.
-        for first, second in combinations([hand.palm, *chain], 2):
-            if first != hand.palm or second in chain[:2]:
-                spec.add_exclude(bodyname1=first, bodyname2=second)
-    for body in [hand.palm, *(name for chain in chains for name in chain)]:
-        spec.body(body).gravcomp = 1
-        for geom in spec.body(body).geoms:
+    for finger, pad in zip(hand.fingers, hand.pads, strict=True):
+        spec.body(links[pad.link].name).add_site(name=grip_site(finger.name), pos=[0.01, 0, 0])  # moved with the grasp
+    for first, second in sorted(_neighbours(hand)):
+        spec.add_exclude(bodyname1=first, bodyname2=second)
+    for link in links:
+        body = spec.body(link.name)
+        body.gravcomp = 1
+        for geom in body.geoms:
             geom.condim, geom.priority, geom.solref, geom.solimp = CONDIM, 1, SOLREF, SOLIMP
 
 
+def _chain(hand: Hand, last: int) -> list[str]:
+    """Links from the palm to ``last``, and those that it carries, by name; the palm left out."""
+    model = hand.model
+    path = model.path(last)[1:]
+    carried = [i for i in range(len(model.links)) if i not in path and last in model.path(i)]
+    return [model.links[i].name for i in [*path, *carried]]
+
+
+def _neighbours(hand: Hand) -> set[tuple[str, str]]:
+    """Pairs of bodies that do not collide: of one finger, the palm and a finger's first two, and as the planner has it.
+
+    Neighbours overlap at their joint; what lies two joints apart may.
+    """
+    model, names = hand.model, [link.name for link in hand.model.links]
+    pairs: set[tuple[str, str]] = set()
+    for chain in (_chain(hand, finger.pads[0].link) for finger in hand.chains):
+        pairs |= {pair for pair in combinations([hand.palm, *chain], 2) if pair[0] != hand.palm or pair[1] in chain[:2]}
+    tested = {frozenset((model.shapes[i].link, model.shapes[j].link)) for i, j in self_collision_pairs(model).tolist()}
+    carrying = sorted({shape.link for shape in model.shapes})
+    pairs |= {(names[a], names[b]) for a, b in combinations(carrying, 2) if frozenset((a, b)) not in tested}
+    known = {frozenset((names[a], names[b])) for a, b in model.excluded}
+    order = {name: i for i, name in enumerate(names)}
+    unique = {frozenset(pair): tuple(sorted(pair, key=order.__getitem__)) for pair in pairs}
+    return {(pair[0], pair[1]) for key, pair in unique.items() if key not in known}
+
+
 def drive_hand(spec: Any, hand: Hand) -> None:
-    """Torque-limited joints with gravity compensation, and the actuators of every controller."""
-    for name, limit in zip(hand.joint_names, hand.torque_limits, strict=True):
+    """Torque-limited joints with gravity compensation, the actuators of every controller, parked fingers held."""
+    for name, limit in zip(hand.joint_names, _joint_torque_limits(hand), strict=True):
         joint = spec.joint(name)
         joint.armature, joint.damping[0] = JOINT_ARMATURE, JOINT_DAMPING
         joint.actfrclimited, joint.actfrcrange, joint.actgravcomp = 1, [-limit, limit], 1
+    for name in hand.driver_names:
         _add_servo(spec, servo_name(name), mujoco.mjtTrn.mjTRN_JOINT, name, JOINT_SERVOS)
+    _hold_parked(spec, hand)
     for axis, gear in zip("xyz", np.eye(3, 6), strict=True):
         for finger in hand.fingers:
             target = grip_site(finger.name)
@@ -80,6 +109,25 @@ def drive_hand(spec: Any, hand: Hand) -> None:
         tendon.wrap_site(grip_site(b.name))
         pull = _add_servo(spec, tendon.name, mujoco.mjtTrn.mjTRN_TENDON, tendon.name, FINGER_SERVOS)
         pull.gaintype, pull.gainprm[1] = mujoco.mjtGain.mjGAIN_AFFINE, -1  # control [N/m] times length
+
+
+def _joint_torque_limits(hand: Hand) -> NDArray[np.float64]:
+    """Largest torque at each joint, (N,) [N m]: what its driver can do there when it does nothing elsewhere."""
+    coupling = hand.model.coupling
+    passed = np.abs(coupling.matrix)  # (N, A)
+    ratios = np.divide(1.0, passed, out=np.full_like(passed, np.inf), where=passed > 0)
+    limits = (ratios * coupling.torque_limits).min(axis=1)
+    return np.asarray(np.where(np.isfinite(limits), limits, coupling.torque_limits.max()))
+
+
+def _hold_parked(spec: Any, hand: Hand) -> None:
+    """Joints of parked fingers stay where they are."""
+    for name, low, high, joint in zip(hand.joint_names, hand.lower, hand.upper, hand.model.joints, strict=True):
+        if low == high:
+            data = np.zeros(12)
+            data[0] = low - joint.reference
+            held = spec.add_equality(name=f"{name}_parked", type=mujoco.mjtEq.mjEQ_JOINT, name1=name)
+            held.objtype, held.data = mujoco.mjtObj.mjOBJ_JOINT, data
 
 
 def add_object(spec: Any, pieces: ConvexPieces) -> None:

@@ -40,7 +40,7 @@ class SimulationTrack:
         contact_forces: Force of each finger on the object, then of the palm, (T, F + 1, 3) [N].
         contact_positions: Where they act, (T, F + 1, 3) [m].
         penetrations: Deepest penetration of the hand into the object [m], (T,).
-        torques: Joint torques, (T, N) [N m].
+        torques: Torques at drivers, S^T of those at joints, (T, A) [N m].
     """
 
     times: NDArray[np.float64]
@@ -77,7 +77,7 @@ class SimulationTrack:
             contact_forces=contacts[:, :, 1:4],
             contact_positions=contacts[:, :, 4:7],
             penetrations=np.maximum(-sensors[:, 7 * (fingers + 1)], 0.0),
-            torques=sensors[:, -len(scene.joint_qpos) :],
+            torques=sensors[:, -len(scene.joint_qpos) :] @ scene.coupling,
         )
 
 
@@ -94,7 +94,7 @@ def open_fingers(scene: Scene, normals: NDArray[np.float64]) -> None:
         joints = scene.data.qpos[scene.joint_qpos].copy()
         for finger in np.flatnonzero(depths > 0.0):
             outwards = (depths[finger] + CLEARANCE) * normals[finger]
-            joints += np.linalg.pinv(jacobians[finger], rcond=0.05) @ outwards
+            joints += scene.coupling @ (np.linalg.pinv(jacobians[finger], rcond=0.05) @ outwards)
         scene.set_joints(np.clip(joints, hand.lower, hand.upper))
 
 

@@ -98,7 +98,7 @@ def _advice_of_grip(grip: dict[str, Any]) -> list[str]:
         advice.append("the jaws hardly face each other anywhere: look at jaw_axis and at the pads' normals.")
     for pads in grip["pads"]:
         advice += [
-            f"the pads of jaw {jaw} look {angle:.2f} rad aside at preshape {pads['preshape']}: change it, or their normals."
+            f"the pads of jaw {jaw} look {angle:.2f} rad aside at preshape {pads['preshape']}: change one of them."
             for jaw, angle in enumerate(pads["angles"])
             if angle > MAX_PAD_ANGLE
         ]
@@ -115,10 +115,10 @@ def report_lines(report: dict[str, Any]) -> list[str]:
     """The report as text, a line for each number."""
     lines = [f"{report['title']} ({report['name']}, {report['sha256'][:12]})"]
     lines.append(f"{len(report['joints'])} joints, {len(report['drivers'])} drivers")
-    for driver in report["drivers"]:
-        lines.append(
-            f"  {driver['name']}: {driver['lower']:.3f} to {driver['upper']:.3f} rad, {driver['torque']:g} N m"
-        )
+    lines += [
+        f"  {driver['name']}: {driver['lower']:.3f} to {driver['upper']:.3f} rad, {driver['torque']:g} N m"
+        for driver in report["drivers"]
+    ]
     for coupling in report["couplings"]:
         terms = " ".join(f"{ratio:+.4g} {name}" for name, ratio in coupling["ratios"].items())
         lines.append(
