@@ -40,9 +40,9 @@ def inspect_grasp(problem, patches, state, work, times):
         outside = dot(away, get(state.normals, finger)) >= 0.0
         state.residuals[finger] = abs((norm(away) if outside else -norm(away)) - hand.pad_radii[finger])
     measure_collision(problem, state, work, times)
-    violations = find_violations(hand, settings, state)
+    violations = find_violations(hand, settings, problem.limits, state)
     if violations:
         return violations
     exact = exact_penetration(hand, state, patches, problem.distance, settings.penetration_tolerance)
     state.penetration = max(state.penetration, exact)
-    return find_violations(hand, settings, state)
+    return find_violations(hand, settings, problem.limits, state)

@@ -30,21 +30,22 @@ def exact_penetration(hand, pose, patches, distance, least):
         pose: ``POSE`` or ``STATE`` record that is up to date.
         patches: ``Patches`` of the object.
         distance: ``DistanceGrid`` of the object.
-        least: Up to this depth [m] the deepest sample's is good enough.
+        least: Up to this depth [m] the deepest sample's is good enough; below zero it is a distance.
 
     Returns:
         The depth; that of the deepest sample if no triangle is deeper than ``least``.
     """
-    sampled, deepest, rotation, stack = 0.0, least, np.empty((3, 3)), np.empty((STACKED, 3, 3))
+    sampled, deepest, rotation, stack = min(0.0, least), least, np.empty((3, 3)), np.empty((STACKED, 3, 3))
+    away = max(-least, 0.0)
     for k in range(hand.shape_count):
         center = place_shape(hand, pose, k, rotation)
-        if least_distance(distance, center) > hand.shape_radii[k]:
+        if least_distance(distance, center) > hand.shape_radii[k] + away:
             continue
         shape = hand.shape_kinds[k], hand.shape_sizes[k], rotation, center
         for sphere in range(hand.sphere_starts[k], hand.sphere_starts[k + 1]):
             middle = place_on_link(hand, pose, k, get(hand.sphere_centers, sphere))
-            if least_distance(distance, middle) < hand.sphere_radii[sphere]:
-                reach = hand.sphere_radii[sphere] + patches.longest_reach
+            if least_distance(distance, middle) < hand.sphere_radii[sphere] + away:
+                reach = hand.sphere_radii[sphere] + patches.longest_reach + away
                 sampled, deepest = _search_ball(shape, patches, middle, reach, sampled, deepest, stack)
     return deepest if deepest > least else sampled
 

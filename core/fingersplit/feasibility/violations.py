@@ -4,11 +4,21 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fingersplit.feasibility.violations_kernel import IN_COLLISION, JOINT_LIMIT, OFF_SURFACE, PAD_ANGLE
+from fingersplit.feasibility.violations_kernel import (
+    IN_COLLISION,
+    JOINT_LIMIT,
+    NEAR_OBSTACLE,
+    NO_APPROACH,
+    OFF_SURFACE,
+    OUTSIDE_REGION,
+    OUTSIDE_WORKSPACE,
+    PAD_ANGLE,
+)
 from fingersplit.hands.hand import Hand
+from fingersplit.scene.ways import BY_OBJECT, BY_WORKSPACE, NOT_ALLOWED
 from fingersplit.splitting.termination import Termination
 
-__all__ = ["Violation", "describe_violations"]
+__all__ = ["Limits", "Violation", "blocker_name", "describe_violations"]
 
 
 class Violation(NamedTuple):
@@ -18,17 +28,75 @@ class Violation(NamedTuple):
     sentence: str
 
 
-def describe_violations(mask: int, hand: Hand, settings: np.record, state: np.record) -> tuple[Violation, ...]:
-    """Every constraint of a mask from ``find_violations``, contacts first.
+class Limits(NamedTuple):
+    """What a request allows a grasp, beside the planner's settings.
+
+    Attributes:
+        limits: ``LIMITS`` record.
+        way: ``WAY`` record of the grasp.
+        names: Names of obstacles by number.
+    """
+
+    limits: np.record
+    way: np.record
+    names: tuple[str, ...]
+
+
+def describe_violations(
+    mask: int, hand: Hand, settings: np.record, state: np.record, limits: Limits
+) -> tuple[Violation, ...]:
+    """Every constraint of a mask of violations, contacts first.
 
     Args:
         mask: A bit for each violated constraint.
         hand: The hand.
         settings: ``SETTINGS`` record.
         state: ``STATE`` record of the grasp.
+        limits: What the request allows.
     """
     bits = (bit for bit in range(mask.bit_length()) if mask >> bit & 1)
-    return tuple(_describe(bit, hand, settings, state) for bit in bits)
+    return tuple(
+        _describe(bit, hand, settings, state) if bit < NEAR_OBSTACLE else _describe_limit(bit, hand, state, limits)
+        for bit in bits
+    )
+
+
+def blocker_name(blocked_by: int, names: tuple[str, ...]) -> str:
+    """What ends a way (``scene.ways``), in words."""
+    if blocked_by >= 0:
+        return repr(names[blocked_by])
+    return {BY_OBJECT: "the object", BY_WORKSPACE: "the end of the workspace"}.get(blocked_by, "nothing")
+
+
+def _describe_limit(bit: int, hand: Hand, state: np.record, limits: Limits) -> Violation:
+    if bit == NEAR_OBSTACLE:
+        slacks = state.around.slacks[: len(hand.shape_names)]
+        shape = int(slacks.argmin())
+        sentence = (
+            f"{hand.shape_names[shape]} lacks {-1e3 * slacks[shape]:.1f} mm of its clearance from "
+            f"{limits.names[state.around.obstacles[shape]]!r}; allowed: 0 mm."
+        )
+        return Violation(Termination.NEAR_OBSTACLE, sentence)
+    if bit == OUTSIDE_WORKSPACE:
+        return Violation(
+            Termination.OUTSIDE_WORKSPACE, "The palm is not where it may be; allowed: workspace and reach."
+        )
+    if bit == OUTSIDE_REGION:
+        return Violation(Termination.OUTSIDE_REGION, "A contact lies where none may be; allowed: contact_regions.")
+    way = limits.way
+    if bit == NO_APPROACH and way.blocked_by == NOT_ALLOWED:
+        sentence = "No direction of travel near the palm's axis is allowed: all lie outside the approach cones."
+        return Violation(Termination.NO_FREE_APPROACH, sentence)
+    approaches = bit == NO_APPROACH
+    distance, blocked_by = (
+        (way.distance, way.blocked_by) if approaches else (way.retreat_distance, way.retreat_blocked_by)
+    )
+    least = limits.limits.min_distance if approaches else limits.limits.retreat_min_distance
+    sentence = (
+        f"The straight way {'in' if approaches else 'out'} is free over {1e3 * distance:.0f} mm, until "
+        f"{blocker_name(int(blocked_by), limits.names)}; allowed: from {1e3 * least:.0f} mm."
+    )
+    return Violation(Termination.NO_FREE_APPROACH if approaches else Termination.NO_FREE_RETREAT, sentence)
 
 
 def _describe(bit: int, hand: Hand, settings: np.record, state: np.record) -> Violation:

@@ -2,8 +2,22 @@
 
 from fingersplit.compilation import kernel
 from fingersplit.hands.limits import MAX_FINGERS, MAX_JOINTS
+from fingersplit.scene.limits_kernel import palm_allowed
+from fingersplit.vectors_kernel import vector
 
-__all__ = ["IN_COLLISION", "JOINT_LIMIT", "OFF_SURFACE", "PAD_ANGLE", "find_violations"]
+__all__ = [
+    "IN_COLLISION",
+    "JOINT_LIMIT",
+    "NEAR_OBSTACLE",
+    "NO_APPROACH",
+    "NO_RETREAT",
+    "OFF_SURFACE",
+    "OUTSIDE_REGION",
+    "OUTSIDE_WORKSPACE",
+    "PAD_ANGLE",
+    "SLACK_TOLERANCE",
+    "find_violations",
+]
 
 OFF_SURFACE = 0
 """First bit of the pads that do not touch, one a finger."""
@@ -13,13 +27,29 @@ IN_COLLISION = PAD_ANGLE + MAX_FINGERS
 """Bit of links too deep in the object."""
 JOINT_LIMIT = IN_COLLISION + 1
 """First bit of the joints outside their range, one a joint."""
+NEAR_OBSTACLE = JOINT_LIMIT + MAX_JOINTS
+"""Bit of links too near to what stands around the object."""
+OUTSIDE_WORKSPACE = NEAR_OBSTACLE + 1
+"""Bit of a palm where it may not be."""
+OUTSIDE_REGION = OUTSIDE_WORKSPACE + 1
+"""Bit of contacts where they may not be."""
+NO_APPROACH = OUTSIDE_REGION + 1
+"""Bit of a grasp without a free straight approach, where one is required."""
+NO_RETREAT = NO_APPROACH + 1
+"""Bit of a grasp that obstacles keep from being retreated with."""
 
-assert JOINT_LIMIT + MAX_JOINTS < 63
+SLACK_TOLERANCE = 1e-5
+"""[m]; less clearance than this short is rounding."""
+
+assert NO_RETREAT < 63
 
 
 @kernel
-def find_violations(hand, settings, state):
-    """Mask of the constraints that a measured ``state`` violates; 0 for a feasible grasp."""
+def find_violations(hand, settings, limits, state):
+    """Mask of the constraints that a measured ``state`` violates.
+
+    It says nothing of contact regions, which are exact only in ``planning.final_checks``, and of ways in and out.
+    """
     mask = 0
     for finger in range(hand.finger_count):
         if not state.residuals[finger] <= settings.contact_tolerance:
@@ -31,4 +61,8 @@ def find_violations(hand, settings, state):
     for joint in range(hand.joint_count):
         if not hand.lower[joint] <= state.joints[joint] <= hand.upper[joint]:
             mask |= 1 << (JOINT_LIMIT + joint)
+    if not state.around.least >= -SLACK_TOLERANCE:
+        mask |= 1 << NEAR_OBSTACLE
+    if not palm_allowed(limits, vector(state.palm_position)):
+        mask |= 1 << OUTSIDE_WORKSPACE
     return mask

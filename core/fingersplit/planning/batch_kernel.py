@@ -3,6 +3,7 @@
 import math
 
 from fingersplit.compilation import kernel
+from fingersplit.execution.execution_kernel import find_ways, judge_ways
 from fingersplit.feasibility.inspection_kernel import inspect_grasp
 from fingersplit.splitting.clock_kernel import seconds
 from fingersplit.splitting.finger_splitting_kernel import split_fingers
@@ -52,4 +53,7 @@ def split_grasps(problem, patches, table, contacts, approaches, choices, initial
         outcome.end, outcome.rounds, outcome.cpo, outcome.ppo = split_fingers(problem, states, work, times, trace)
         outcome.violations = inspect_grasp(problem, patches, states[0], work, times.settle)
         final[i] = states[0]
+        if outcome.violations == 0:
+            find_ways(problem, states[0], states[1], outcome.way, work)
+            outcome.violations = judge_ways(problem.limits, outcome.way)
         outcome.total = seconds(work.clock) - began

@@ -11,10 +11,15 @@ from fingersplit.hands.hand import Hand
 from fingersplit.objects.model import ObjectModel
 from fingersplit.objects.surface_kernel import closest
 from fingersplit.parallel_grasps.parallel_grasp import ParallelGrasp
-from fingersplit.parallel_grasps.sources import find_parallel_grasps
+from fingersplit.planning.final_checks import check_finally
+from fingersplit.planning.finding import allowed_starts, find_starts
 from fingersplit.planning.plan import Plan
 from fingersplit.planning.ranking import describe_outcome, rank_runs
+from fingersplit.planning.run import Run
 from fingersplit.planning.starts import build_problem, choose_starts, split_starts
+from fingersplit.scene.attaching import attach_bodies
+from fingersplit.scene.constraints import Constraints
+from fingersplit.scene.preparing import prepare_scene
 from fingersplit.splitting.settings import PlannerSettings
 from fingersplit.threads import Progress
 
@@ -22,6 +27,8 @@ __all__ = ["plan"]
 
 MAX_CONTACT = 5e-3
 """Most that a given contact may lie off the surface [m]."""
+ATTEMPTS, MORE_STARTS = 3, 3
+"""A request with a scene is tried again when nothing is feasible, so often in all, each time with more starts."""
 
 
 def plan(
@@ -35,6 +42,7 @@ def plan(
     top_k: int = 10,
     settings: PlannerSettings | None = None,
     friction: float | None = None,
+    constraints: Constraints | None = None,
     threads: int = 1,
     progress: Progress | None = None,
 ) -> Plan:
@@ -52,6 +60,7 @@ def plan(
         settings: Parameters of the splitting; None for the defaults.
         friction: Coulomb friction between pads and object to plan for; None for what is known of the object, else the
             default, see ``contacts.friction``.
+        constraints: Scene, approach, contact regions, task and end effector; None for nothing but a free approach.
         threads: Threads that search, screen, split and judge; the answer does not depend on it.
         progress: Called with a stage name and the share of that stage that is done, 0..1.
 
@@ -71,29 +80,33 @@ def plan(
     seconds: dict[str, float] = {}
     watch = _Watch(seconds)
 
-    report("parallel_grasps", 0.0)
-    if parallel_grasps is None:
-        parallel_grasps = find_parallel_grasps(
-            model,
-            starts,
-            source=source,
-            friction=friction,
-            opening=hand.gripper.opening,
-            rng=np.random.default_rng(seed),
-            threads=threads,
-        )
-    else:
-        _check_contacts(model, parallel_grasps)
-    watch.lap("parallel_grasps")
-    problem = build_problem(model, hand, settings)
-    chosen = choose_starts(problem, hand, parallel_grasps, starts, threads=threads, report=report)
-    watch.lap("mapping")
-    runs = split_starts(problem, model.patches, hand, chosen, threads=threads, report=report)
-    watch.lap("splitting")
+    constraints = constraints or Constraints()
+    hand = attach_bodies(hand, constraints.end_effector.attached_bodies)
+    scene = prepare_scene(constraints, model, hand)
+    problem = build_problem(model, hand, settings, scene)
+    runs: tuple[Run, ...] = ()
+    given: Sequence[ParallelGrasp] = ()
+    for attempt in range(ATTEMPTS if scene.restricts and parallel_grasps is None else 1):
+        report("parallel_grasps", 0.0)
+        many = starts * MORE_STARTS**attempt
+        if parallel_grasps is None:
+            rng = np.random.default_rng(seed if attempt == 0 else [seed, attempt])
+            given = find_starts(model, hand, scene, many, source=source, friction=friction, rng=rng, threads=threads)
+        else:
+            _check_contacts(model, parallel_grasps)
+            given = allowed_starts(parallel_grasps, scene)
+        watch.lap("parallel_grasps")
+        chosen = choose_starts(problem, hand, given, many, threads=threads, report=report)
+        watch.lap("mapping")
+        runs += split_starts(problem, model.patches, hand, chosen, threads=threads, report=report, scene=scene)
+        check_finally(runs, scene, model)
+        watch.lap("splitting")
+        if any(run.feasible for run in runs):
+            break
     grasps = rank_runs(model, runs, top_k, friction, threads)
     watch.lap("ranking")
     report("ranking", 1.0)
-    message = describe_outcome(len(parallel_grasps), runs, hand, friction, model)
+    message = describe_outcome(len(given), runs, hand, friction, model)
     return Plan(hand, model, seed, starts, friction, runs, grasps, message, seconds)
 
 
@@ -124,4 +137,5 @@ class _Watch:
 
     def lap(self, stage: str) -> None:
         now = perf_counter()
-        self._seconds[stage], self._since = now - self._since, now
+        self._seconds[stage] = self._seconds.get(stage, 0.0) + now - self._since
+        self._since = now

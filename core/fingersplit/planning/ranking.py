@@ -51,7 +51,7 @@ def _planned(rank: int, run: Run, holding: Holding, model: ObjectModel, friction
     final = run.final
     space = WrenchSpace(final.contacts, final.normals, friction, model.center_of_mass, model.radius)
     metrics = assess(space, run.scores, holding.margin)
-    execution = plan_execution(run.problem, run.hand, run.last, holding.forces)
+    execution = plan_execution(run.problem, run.hand, run.last, holding.forces, run.outcome.way)
     return PlannedGrasp(rank, run, metrics, holding, execution, _reason(run, holding, execution, model.mass * GRAVITY))
 
 
@@ -72,7 +72,7 @@ def _reason(run: Run, holding: Holding, execution: GraspExecution, weight: float
             f"It carries {weight:.2f} N whichever way is down, with {holding.margin:.2f} N of friction to spare at "
             f"every contact in the worst case, gravity along {down}"
         )
-    way = "" if execution.pregrasp_pose is not None else " No straight way in along the palm's axis is free."
+    way = "" if execution.pregrasp_pose is not None else " No straight way in is free."
     return f"{held}; least friction counts at {weakest} ({holding.frictions.min():.2f}).{way}"
 
 

@@ -6,14 +6,17 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from fingersplit.feasibility.violations import Violation, describe_violations
+from fingersplit.feasibility.violations import Limits, Violation, describe_violations
 from fingersplit.grasp import Grasp
 from fingersplit.hands.hand import Hand
 from fingersplit.parallel_grasps.parallel_grasp import ParallelGrasp
+from fingersplit.scene.preparing import PreparedScene
 from fingersplit.splitting.acceptance_kernel import (
     REACHED_COLLISION,
     REACHED_ITERATION_LIMIT,
+    REACHED_OBSTACLE,
     REACHED_PAD_ANGLE,
+    REACHED_REGION,
     STOPPED_RISING,
 )
 from fingersplit.splitting.finger_splitting_kernel import SETTLE_ITERATIONS, split_fingers
@@ -29,6 +32,8 @@ _ENDS = {
     REACHED_COLLISION: Termination.STOPPED_BY_COLLISION,
     REACHED_PAD_ANGLE: Termination.STOPPED_BY_PAD_ANGLE,
     REACHED_ITERATION_LIMIT: Termination.ITERATION_LIMIT,
+    REACHED_OBSTACLE: Termination.STOPPED_BY_OBSTACLE,
+    REACHED_REGION: Termination.STOPPED_BY_REGION,
 }
 
 
@@ -43,6 +48,7 @@ class Run:
         first: The mapped start, a ``STATE`` record.
         last: The state it ended with, contacts and residuals measured against the triangles.
         outcome: ``OUTCOME`` record.
+        scene: What the request said of the world around; None for nothing.
     """
 
     problem: Problem
@@ -51,6 +57,7 @@ class Run:
     first: np.record
     last: np.record
     outcome: np.record
+    scene: PreparedScene | None = None
 
     @cached_property
     def feasible(self) -> bool:
@@ -106,7 +113,9 @@ class Run:
 
     @property
     def _violations(self) -> tuple[Violation, ...]:
-        return describe_violations(int(self.outcome.violations), self.hand, self.problem.settings, self.last)
+        names = () if self.scene is None else self.scene.names
+        limits = Limits(self.problem.limits, self.outcome.way, names)
+        return describe_violations(int(self.outcome.violations), self.hand, self.problem.settings, self.last, limits)
 
 
 def _grasp(hand: Hand, state: np.record) -> Grasp:

@@ -15,6 +15,8 @@ from fingersplit.parallel_grasps.parallel_grasp import ParallelGrasp
 from fingersplit.planning.batch_kernel import screen_grasps, split_grasps
 from fingersplit.planning.outcome import OUTCOME
 from fingersplit.planning.run import Run
+from fingersplit.scene.constraints import Constraints
+from fingersplit.scene.preparing import PreparedScene, prepare_scene
 from fingersplit.splitting.jaw_table import jaw_table
 from fingersplit.splitting.mapping_kernel import REFINED
 from fingersplit.splitting.settings import PlannerSettings
@@ -43,8 +45,11 @@ class Start:
     choices: NDArray[np.int64]
 
 
-def build_problem(model: ObjectModel, hand: Hand, settings: PlannerSettings) -> Problem:
-    """Everything the search reads, in one tuple."""
+def build_problem(
+    model: ObjectModel, hand: Hand, settings: PlannerSettings, scene: PreparedScene | None = None
+) -> Problem:
+    """Everything the search reads, in one tuple; without ``scene``, the default approach and nothing around."""
+    scene = scene or prepare_scene(Constraints(), model, hand)
     x, y, z = model.center_of_mass.tolist()
     return Problem(
         hand=hand.arrays,
@@ -53,6 +58,8 @@ def build_problem(model: ObjectModel, hand: Hand, settings: PlannerSettings) -> 
         collision=model.collision,
         distance=model.distance,
         center=(x, y, z),
+        limits=scene.limits,
+        scene=scene.arrays,
     )
 
 
@@ -95,9 +102,19 @@ def _spread(costs: NDArray[np.float64], pairs: NDArray[np.float64], count: int) 
 
 
 def split_starts(
-    problem: Problem, patches: Patches, hand: Hand, starts: Sequence[Start], *, threads: int, report: Progress
+    problem: Problem,
+    patches: Patches,
+    hand: Hand,
+    starts: Sequence[Start],
+    *,
+    threads: int,
+    report: Progress,
+    scene: PreparedScene | None = None,
 ) -> tuple[Run, ...]:
-    """Map and split every start; one that the hand turns out not to reach is left out."""
+    """Map and split every start; one that the hand turns out not to reach is left out.
+
+    ``scene`` is that of the problem, for the runs to name its obstacles.
+    """
     count = len(starts)
     contacts = np.array([start.contacts for start in starts]).reshape(-1, 2, 3)
     approaches = np.array([start.parallel_grasp.approach for start in starts]).reshape(-1, 3)
@@ -110,7 +127,7 @@ def split_starts(
 
     in_threads(split, count, SPLIT, threads, lambda share: report("splitting", share))
     return tuple(
-        Run(problem, hand, start.parallel_grasp, first, last, outcome)
+        Run(problem, hand, start.parallel_grasp, first, last, outcome, scene)
         for start, first, last, outcome in zip(starts, initial, final, outcomes, strict=True)
         if math.isfinite(outcome.cost)
     )

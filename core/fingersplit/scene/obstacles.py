@@ -9,7 +9,7 @@ from fingersplit.hands.limits import MAX_SHAPES
 from fingersplit.objects.grid import PointGrid
 from fingersplit.scene.convex_kernel import GJK_ROWS
 
-__all__ = ["HALF_SPACE", "NEAR", "PRIMITIVE", "SLACKS", "SceneArrays", "new_slacks"]
+__all__ = ["HALF_SPACE", "NEAR", "OBSTACLE_WORK", "PRIMITIVE", "SLACKS", "SceneArrays", "new_slacks"]
 
 HALF_SPACE = 0
 """Kind of an endless plane, whose third axis points out of what is occupied; the number of mujoco.mjtGeom."""
@@ -39,14 +39,21 @@ SLACKS = np.dtype(
         ("normals", np.float64, (MAX_SHAPES, 3)),
         ("obstacles", np.int64, MAX_SHAPES),
         ("least", np.float64),
+    ],
+    align=True,
+)
+"""What ``measure_slacks`` finds for every collision shape: ``slacks`` [m] (infinite when far), the obstacles'
+``points`` [m] that they are measured to, unit ``normals`` from the shape towards them, the ``obstacles``' numbers; and
+the ``least`` slack of all."""
+
+OBSTACLE_WORK = np.dtype(
+    [
         ("rows", np.float64, (GJK_ROWS, 3)),
         ("rotation", np.float64, (3, 3)),
     ],
     align=True,
 )
-"""What ``measure_slacks`` finds for every collision shape: ``slacks`` [m] (infinite when far), the obstacles'
-``points`` [m] that they are measured to, unit ``normals`` from the shape towards them, the ``obstacles``' numbers; the
-``least`` slack of all; and scratch."""
+"""Scratch memory of distances between shapes."""
 
 
 class SceneArrays(NamedTuple):
@@ -62,6 +69,7 @@ class SceneArrays(NamedTuple):
         cell: Edge of these cells [m].
         inflation: The largest of ``inflations`` [m].
         hand_reach: Farthest that any point of the hand may be from the palm's origin [m].
+        admitted: Whether contacts may be at each of the object's surface samples, (n_samples,).
     """
 
     primitives: np.recarray
@@ -73,9 +81,9 @@ class SceneArrays(NamedTuple):
     cell: float
     inflation: float
     hand_reach: float
+    admitted: NDArray[np.bool_]
 
 
-def new_slacks() -> np.record:
-    """A ``SLACKS`` record."""
-    slacks: np.record = np.rec.array(np.zeros(1, SLACKS))[0]
-    return slacks
+def new_slacks() -> tuple[np.record, np.record]:
+    """A ``SLACKS`` and an ``OBSTACLE_WORK`` record."""
+    return np.rec.array(np.zeros(1, SLACKS))[0], np.rec.array(np.zeros(1, OBSTACLE_WORK))[0]

@@ -14,11 +14,11 @@ from fingersplit.scene.convex_kernel import core_extent, shape_to_shape
 from fingersplit.scene.obstacles import HALF_SPACE
 from fingersplit.vectors_kernel import add, dot, get, norm, put, rotate, rotate_back, scale, subtract, vector
 
-__all__ = ["measure_slacks", "rough_violation"]
+__all__ = ["measure_slacks", "point_slack", "rough_violation"]
 
 
 @kernel
-def measure_slacks(scene, hand, pose, found, near):
+def measure_slacks(scene, hand, pose, found, work, near):
     """Slack of every collision shape from all obstacles into ``found``.
 
     Args:
@@ -26,6 +26,7 @@ def measure_slacks(scene, hand, pose, found, near):
         hand: ``HAND`` record.
         pose: ``POSE`` or ``STATE`` record that is up to date.
         found: ``SLACKS`` record.
+        work: ``OBSTACLE_WORK`` record.
         near: Slacks above this [m] are left infinite.
 
     Returns:
@@ -35,14 +36,14 @@ def measure_slacks(scene, hand, pose, found, near):
         found.slacks[shape] = math.inf
         found.obstacles[shape] = -1
     found.least = math.inf
-    _meet_primitives(scene, hand, pose, found, near)
+    _meet_primitives(scene, hand, pose, found, work, near)
     if len(scene.owners) > 0:
-        _meet_points(scene, hand, pose, found, near)
+        _meet_points(scene, hand, pose, found, work, near)
     return found.least
 
 
 @kernel
-def _meet_primitives(scene, hand, pose, found, near):
+def _meet_primitives(scene, hand, pose, found, work, near):
     palm = vector(pose.palm_position)
     for p in range(len(scene.primitives)):
         primitive = scene.primitives[p]
@@ -55,7 +56,7 @@ def _meet_primitives(scene, hand, pose, found, near):
             limit = min(near, found.slacks[shape])
             if _distance(primitive, center) - hand.shape_radii[shape] - clearance >= limit:
                 continue
-            distance, point, away = _meet(primitive, hand, pose, shape, center, limit + clearance, found)
+            distance, point, away = _meet(primitive, hand, pose, shape, center, limit + clearance, work)
             if distance - clearance < limit:
                 _note(found, shape, distance - clearance, point, away, primitive.obstacle)
 
@@ -70,32 +71,32 @@ def _distance(primitive, point):
 
 
 @kernel
-def _meet(primitive, hand, pose, shape, center, reach, found):
+def _meet(primitive, hand, pose, shape, center, reach, work):
     """Distance of a shape from a primitive, the primitive's nearest point and the direction to it."""
-    place_shape(hand, pose, shape, found.rotation)
+    place_shape(hand, pose, shape, work.rotation)
     kind, size = hand.shape_kinds[shape], hand.shape_sizes[shape]
     if primitive.kind == HALF_SPACE:
         R = primitive.rotation
         away = (-R[0, 2], -R[1, 2], -R[2, 2])
         height = -dot(away, subtract(center, vector(primitive.position)))
         point = add(center, scale(height, away))
-        return height - core_extent(kind, size, found.rotation, away), point, away
+        return height - core_extent(kind, size, work.rotation, away), point, away
     return shape_to_shape(
         kind,
         size,
-        found.rotation,
+        work.rotation,
         center,
         primitive.kind,
         primitive.size,
         primitive.rotation,
         vector(primitive.position),
         reach,
-        found.rows,
+        work.rows,
     )
 
 
 @kernel
-def _meet_points(scene, hand, pose, found, near):
+def _meet_points(scene, hand, pose, found, work, near):
     if _least_bound(scene, vector(pose.palm_position)) > scene.hand_reach + scene.inflation + near:
         return
     for shape in range(hand.shape_count):
@@ -103,18 +104,18 @@ def _meet_points(scene, hand, pose, found, near):
         limit = min(near, found.slacks[shape])
         if _least_bound(scene, center) - hand.shape_radii[shape] - scene.inflation >= limit:
             continue
-        place_shape(hand, pose, shape, found.rotation)
+        place_shape(hand, pose, shape, work.rotation)
         best, index = limit, -1
         for sphere in range(hand.sphere_starts[shape], hand.sphere_starts[shape + 1]):
             middle = place_on_link(hand, pose, shape, get(hand.sphere_centers, sphere))
             radius = hand.sphere_radii[sphere] + scene.inflation + max(best, 0.0)
             if _least_bound(scene, middle) < radius:
-                best, index = _search_ball(scene, hand, shape, found.rotation, center, middle, radius, best, index)
+                best, index = _search_ball(scene, hand, shape, work.rotation, center, middle, radius, best, index)
         if index >= 0:
             point = get(scene.points.points, index)
-            local = rotate_back(found.rotation, subtract(point, center))
+            local = rotate_back(work.rotation, subtract(point, center))
             away = shape_distance_gradient(hand.shape_kinds[shape], hand.shape_sizes[shape], local)
-            _note(found, shape, best, point, rotate(found.rotation, away), scene.owners[index])
+            _note(found, shape, best, point, rotate(work.rotation, away), scene.owners[index])
 
 
 @kernel
@@ -197,3 +198,14 @@ def _deepest_point(scene, middle, inside):
                 away = norm(subtract(get(grid.points, i), middle))
                 deepest = max(deepest, inside + scene.inflations[i] - away)
     return deepest
+
+
+@kernel
+def point_slack(scene, point, near):
+    """Slack [m] of a point from everything around; ``near`` [m] where it is more."""
+    least = near
+    for p in range(len(scene.primitives)):
+        least = min(least, _distance(scene.primitives[p], point) - scene.primitives[p].clearance)
+    if len(scene.owners) > 0 and _least_bound(scene, point) - scene.inflation < least:
+        least = min(least, near - _deepest_point(scene, point, near))
+    return least

@@ -15,6 +15,7 @@ from fingersplit.hands.shapes_kernel import BOX, shape_distance
 from fingersplit.objects.grid_kernel import build_grid
 from fingersplit.objects.model import ObjectModel
 from fingersplit.scene.constraints import Constraints
+from fingersplit.scene.limits import build_limits
 from fingersplit.scene.obstacles import HALF_SPACE, PRIMITIVE, SceneArrays
 from fingersplit.scene.shapes import Pose
 from fingersplit.scene.stable_pose import likeliest_pose
@@ -57,7 +58,8 @@ class PreparedScene:
         world_from_object: Pose of the object in the scene, (4, 4).
         stable_pose_share: How likely the object rests as it was placed, 0..1; None when its pose was given.
         names: Names of supports, then of obstacles, by number.
-        arrays: Obstacles within reach for kernels; None when there are none.
+        arrays: Obstacles within reach and contact regions for kernels; None when there are none.
+        limits: ``LIMITS`` record: where the palm may be and how it may come and go.
         meshes: Those of them that are meshes.
         warnings: What a caller may not expect of the scene.
     """
@@ -67,8 +69,16 @@ class PreparedScene:
     stable_pose_share: float | None
     names: tuple[str, ...]
     arrays: SceneArrays | None
+    limits: np.record
     meshes: tuple[ObstacleMesh, ...]
     warnings: tuple[str, ...]
+
+    @property
+    def restricts(self) -> bool:
+        """Whether anything keeps the hand from where it could be without a request."""
+        scene, reach = self.constraints.scene, self.constraints.end_effector.reach
+        bounded = scene.workspace is not None or reach is not None
+        return self.arrays is not None or bounded or self.constraints.approach.directions is not None
 
     @property
     def object_from_world(self) -> NDArray[np.float64]:
@@ -106,6 +116,7 @@ def prepare_scene(constraints: Constraints, model: ObjectModel, hand: Hand) -> P
         share,
         tuple(names),
         gatherer.arrays(),
+        build_limits(constraints, world_from_object, hand),
         tuple(gatherer.meshes),
         tuple(gatherer.warnings),
     )
@@ -130,7 +141,7 @@ class _Gatherer:
     ) -> None:
         scene, approach = constraints.scene, constraints.approach
         self._clearance, self._object_from_world, self._model = scene.clearance, object_from_world, model
-        self._supports = len(scene.support_surfaces)
+        self._supports, self._regions = len(scene.support_surfaces), constraints.contact_regions
         self._hand_reach = hand_reach(hand)
         self._center = model.mesh.bounds.mean(axis=0)
         way = max(approach.desired_distance, approach.retreat.desired_distance)
@@ -196,9 +207,10 @@ class _Gatherer:
         return True
 
     def arrays(self) -> SceneArrays | None:
-        """What was gathered; None when that is nothing."""
-        if not self._primitives and not self._points:
+        """What was gathered; None when that is nothing and contacts may be everywhere."""
+        if not self._primitives and not self._points and self._regions.unbounded:
             return None
+        admitted = self._regions.admit(self._model.surface.grid.points, self._model)
         primitives = np.rec.array(np.zeros(len(self._primitives), PRIMITIVE))
         for record, (kind, number, size, pose, pad_clearance) in zip(primitives, self._primitives, strict=True):
             record.kind, record.obstacle, record.size, record.pad_clearance = kind, number, size, pad_clearance
@@ -216,6 +228,7 @@ class _Gatherer:
                 1.0,
                 0.0,
                 self._hand_reach,
+                admitted,
             )
         points = np.concatenate(self._points)
         grid, order = build_grid(points, CELL)
@@ -231,6 +244,7 @@ class _Gatherer:
             cell,
             float(inflations.max()),
             self._hand_reach,
+            admitted,
         )
 
 

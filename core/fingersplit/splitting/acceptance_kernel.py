@@ -11,14 +11,18 @@ __all__ = [
     "CONTINUE",
     "REACHED_COLLISION",
     "REACHED_ITERATION_LIMIT",
+    "REACHED_OBSTACLE",
     "REACHED_PAD_ANGLE",
+    "REACHED_REGION",
     "STOPPED_RISING",
     "judge",
     "judge_collision",
     "judge_pads",
+    "judge_surroundings",
 ]
 
 CONTINUE, STOPPED_RISING, REACHED_PAD_ANGLE, REACHED_COLLISION, REACHED_ITERATION_LIMIT = range(5)
+REACHED_OBSTACLE, REACHED_REGION = range(5, 7)
 
 MIN_PULL = 0.01
 """Share by which a step must shorten the largest residual to count as pulling."""
@@ -42,7 +46,8 @@ def judge(problem, state, candidate, least_increase, work, times):
         return pads
     if not settings.potentials:
         measure_collision(problem, candidate, work, times)
-    return judge_collision(settings, state, candidate)
+    collision = judge_collision(settings, state, candidate)
+    return collision if collision != CONTINUE else judge_surroundings(problem.scene, hand, state, candidate)
 
 
 @kernel
@@ -68,3 +73,16 @@ def judge_collision(settings, state, candidate):
     """Penetration of ``candidate`` against ``state``, both measured."""
     allowed = max(settings.penetration_tolerance, state.penetration)
     return REACHED_COLLISION if candidate.penetration > allowed else CONTINUE
+
+
+@kernel
+def judge_surroundings(scene, hand, state, candidate):
+    """Slack from obstacles and regions of contacts of ``candidate`` against ``state``, both measured."""
+    if scene is None:
+        return CONTINUE
+    if candidate.around.least < min(state.around.least, 0.0):
+        return REACHED_OBSTACLE
+    for finger in range(hand.finger_count):
+        if scene.admitted[state.samples[finger]] and not scene.admitted[candidate.samples[finger]]:
+            return REACHED_REGION
+    return CONTINUE

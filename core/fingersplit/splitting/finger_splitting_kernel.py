@@ -6,10 +6,13 @@ from fingersplit.splitting.acceptance_kernel import (
     CONTINUE,
     REACHED_COLLISION,
     REACHED_ITERATION_LIMIT,
+    REACHED_OBSTACLE,
     REACHED_PAD_ANGLE,
+    REACHED_REGION,
     STOPPED_RISING,
     judge_collision,
     judge_pads,
+    judge_surroundings,
 )
 from fingersplit.splitting.contact_optimization_kernel import optimize_contacts
 from fingersplit.splitting.palm_optimization_kernel import optimize_palm
@@ -54,7 +57,7 @@ def split_fingers(problem, states, work, times, trace):
         few = cpo < settings.min_inner_iterations and ppo < settings.min_inner_iterations  # line 6
         if few or states[0].merit - before <= settings.least_round_increase:
             end = STOPPED_RISING
-            for bound in (REACHED_PAD_ANGLE, REACHED_COLLISION):
+            for bound in (REACHED_PAD_ANGLE, REACHED_COLLISION, REACHED_OBSTACLE, REACHED_REGION):
                 if bound in (cpo_end, ppo_end):
                     end = bound
             break
@@ -86,7 +89,8 @@ def _settle(problem, states, work, times, trace):
             return
         measure_collision(problem, candidate, work, times)
         pads, collision = judge_pads(hand, settings, state, candidate), judge_collision(settings, state, candidate)
-        if before <= settings.contact_tolerance and (pads != CONTINUE or collision != CONTINUE):
+        around = judge_surroundings(problem.scene, hand, state, candidate)
+        if before <= settings.contact_tolerance and not pads == collision == around == CONTINUE:
             return
         states[0] = states[1]
         record(trace, SETTLE, states[0])

@@ -4,7 +4,7 @@ The Map needs an inverse kinematics of all fingers for every palm pose it looks 
 answer depends on the object only through the distance of the two contacts, so it is tabulated once for a hand.
 """
 
-from functools import cache
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -47,7 +47,7 @@ class JawTable(NamedTuple):
     lateral_offsets: NDArray[np.float64]
 
 
-@cache
+@lru_cache(maxsize=32)
 def jaw_table(hand: Hand) -> JawTable:
     """The table of a hand; takes milliseconds.
 

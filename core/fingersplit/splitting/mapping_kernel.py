@@ -12,6 +12,7 @@ from fingersplit.compilation import kernel
 from fingersplit.hands.kinematics_kernel import move_fingers
 from fingersplit.objects.signed_distance_kernel import sample_near
 from fingersplit.objects.surface_kernel import closest
+from fingersplit.scene.obstacles_kernel import rough_violation
 from fingersplit.splitting.collision_kernel import rough_penetration
 from fingersplit.splitting.state_kernel import attach_contacts, evaluate, measure_collision, pad_target
 from fingersplit.splitting.tracking_kernel import track
@@ -82,7 +83,7 @@ def screen_grasp(problem, table, first, second, approach, states, work, costs, c
             return
         combinations[p, h] = math.inf
         _place(hand, table, p, w, h, lateral, jaw, forward, middle, state)
-        depth = rough_penetration(hand, state, problem.distance)
+        depth = rough_penetration(hand, state, problem.distance) + _rough_violation(problem.scene, hand, state)
         _insert(costs, choices, cost + (depth / SCREENING_CLEARANCE_SCALE) ** 2, p, h)
 
 
@@ -112,10 +113,17 @@ def map_grasp(problem, table, first, second, approach, choices, states, work, ti
             continue
         measure_collision(problem, candidate, work, times)
         cost = _cost(hand, candidate, REACH_SCALE) + (candidate.penetration / CLEARANCE_SCALE) ** 2
+        cost += (max(-candidate.around.least, 0.0) / CLEARANCE_SCALE) ** 2
         if cost < best:
             best = cost
             states[0] = states[1]
     return best
+
+
+@kernel
+def _rough_violation(scene, hand, state):
+    """About how much clearance the hand lacks from what stands around the object [m]."""
+    return 0.0 if scene is None else rough_violation(scene, hand, state)
 
 
 @kernel

@@ -4,6 +4,7 @@ The future work of [Fan2018]. Each is a squared hinge that is zero while the con
 
 - w_d (d_margin - d_k)^2 for every link whose clearance d_k from the object is below the margin; links that carry a pad
   may touch, so theirs is zero,
+- the same for the slack of every link from what stands around the object, links that carry a pad included,
 - w_a (theta_f - theta_soft)^2 for every pad tilted more than a soft limit below the hard one,
 - w_l (margin - distance)^2 for every joint near a limit, both as shares of its range.
 """
@@ -24,6 +25,9 @@ def penalty(hand, settings, state):
         return total
     for shape in range(hand.shape_count):
         total += settings.clearance_weight * _clearance_hinge(hand, settings, state, shape) ** 2
+    if state.around.least < settings.clearance_margin:
+        for shape in range(hand.shape_count):
+            total += settings.clearance_weight * _slack_hinge(settings, state, shape) ** 2
     for finger in range(hand.finger_count):
         total += settings.pad_angle_weight * max(state.pad_angles[finger] - settings.soft_pad_angle, 0.0) ** 2
     for joint in range(hand.joint_count):
@@ -43,15 +47,14 @@ def add_penalty_gradient(hand, settings, state, center, step):
         hinge = _clearance_hinge(hand, settings, state, shape)
         if hinge > 0.0:
             slope = 2.0 * settings.clearance_weight * hinge  # of the merit by the clearance
-            point = get(state.clearance_points, shape)
-            away = scale(slope, get(state.clearance_normals, shape))
-            _add_to_twist(step, away, cross(subtract(point, center), away))
-            finger = hand.shape_fingers[shape]
-            if finger >= 0:
-                for j in range(hand.shape_links[shape] + 1):
-                    axis = column(state.link_rotations[finger, j], 2)
-                    motion = cross(axis, subtract(point, get(state.link_positions[finger], j)))
-                    step.joint_gradient[hand.joint_indices[finger, j]] -= dot(away, motion)
+            point, normal = get(state.clearance_points, shape), get(state.clearance_normals, shape)
+            _push(hand, state, shape, point, scale(slope, normal), center, step)
+    if state.around.least < settings.clearance_margin:
+        for shape in range(hand.shape_count):
+            hinge = _slack_hinge(settings, state, shape)
+            if hinge > 0.0:
+                away = scale(2.0 * settings.clearance_weight * hinge, get(state.around.normals, shape))
+                _push(hand, state, shape, get(state.around.points, shape), away, center, step)
     for finger in range(hand.finger_count):
         hinge = state.pad_angles[finger] - settings.soft_pad_angle
         if hinge > 0.0:
@@ -70,11 +73,29 @@ def add_penalty_gradient(hand, settings, state, center, step):
 
 
 @kernel
+def _push(hand, state, shape, point, away, center, step):
+    """Add the gradient of a link's clearance to the step: ``away`` is its slope times the direction to ``point``."""
+    _add_to_twist(step, away, cross(subtract(point, center), away))
+    finger = hand.shape_fingers[shape]
+    if finger >= 0:
+        for j in range(hand.shape_links[shape] + 1):
+            axis = column(state.link_rotations[finger, j], 2)
+            motion = cross(axis, subtract(point, get(state.link_positions[finger], j)))
+            step.joint_gradient[hand.joint_indices[finger, j]] -= dot(away, motion)
+
+
+@kernel
 def _clearance_hinge(hand, settings, state, shape):
     """How much a link's clearance falls short of what it should be [m]."""
     finger = hand.shape_fingers[shape]
     touches = finger >= 0 and hand.shape_links[shape] == hand.joint_counts[finger] - 1
     return max((0.0 if touches else settings.clearance_margin) - state.clearances[shape], 0.0)
+
+
+@kernel
+def _slack_hinge(settings, state, shape):
+    """How much a link's slack from what stands around falls short of what it should be [m]."""
+    return max(settings.clearance_margin - state.around.slacks[shape], 0.0)
 
 
 @kernel

@@ -17,6 +17,7 @@ from fingersplit.hands.records import POSE_FIELDS
 from fingersplit.objects.grid import PointGrid
 from fingersplit.objects.signed_distance import DistanceGrid
 from fingersplit.objects.surface import Surface
+from fingersplit.scene.obstacles import OBSTACLE_WORK, SLACKS, SceneArrays
 
 __all__ = ["PHASE_TIMES", "STATE", "TIMES", "WORK", "Problem", "new_states", "new_times", "new_work"]
 
@@ -30,6 +31,7 @@ STATE = np.dtype(
         ("clearances", np.float64, MAX_SHAPES),
         ("clearance_points", np.float64, (MAX_SHAPES, 3)),
         ("clearance_normals", np.float64, (MAX_SHAPES, 3)),
+        ("around", SLACKS),
         ("quality", np.float64),
         ("object_quality", np.float64),
         ("hand_quality", np.float64),
@@ -47,6 +49,7 @@ STATE = np.dtype(
   normal (F,) [rad].
 - ``clearances`` (K,) of the collision shapes from the object, negative inside, infinite when far [m], the object's
   points they are measured to and the shapes' outward normals there, (K, 3).
+- ``around``: slack of the collision shapes from what stands around the object, infinite without a scene.
 - ``quality`` Q, its parts w1 Q_o and w2 Q_h, the deepest ``penetration`` [m], and ``merit``: Q less the potentials.
 """
 
@@ -97,6 +100,7 @@ WORK = np.dtype(
         ("step", STEP_WORK),
         ("solver", SOLVER_WORK),
         ("map", MAP_WORK),
+        ("around", OBSTACLE_WORK),
         ("rotation", np.float64, (3, 3)),
         ("clock", np.int64, 2),
     ],
@@ -115,6 +119,8 @@ class Problem(NamedTuple):
         collision: Sparser surface points for collision tests.
         distance: Signed distance grid of the object.
         center: Centre of mass in the object frame [m].
+        limits: ``scene.limits.LIMITS`` record.
+        scene: Obstacles and contact regions; None without any, which compiles to kernels that know of none.
     """
 
     hand: Any
@@ -123,12 +129,15 @@ class Problem(NamedTuple):
     collision: PointGrid
     distance: DistanceGrid
     center: tuple[float, float, float]
+    limits: Any
+    scene: SceneArrays | None
 
 
 def new_states(count: int) -> np.recarray:
-    """``STATE`` records (count,), zero but for the samples, which are unknown."""
+    """``STATE`` records (count,), zero but for the samples, which are unknown, and slacks, which are infinite."""
     states = np.rec.array(np.zeros(count, STATE))
     states.samples[:] = -1
+    states.around.slacks[:], states.around.least[:] = np.inf, np.inf
     return states
 
 

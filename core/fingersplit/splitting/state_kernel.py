@@ -2,6 +2,8 @@
 
 from fingersplit.compilation import kernel
 from fingersplit.objects.surface_kernel import closest
+from fingersplit.scene.obstacles import NEAR
+from fingersplit.scene.obstacles_kernel import measure_slacks
 from fingersplit.splitting.clock_kernel import seconds
 from fingersplit.splitting.collision_kernel import measure_clearances
 from fingersplit.splitting.objective_kernel import manipulability, object_quality
@@ -46,5 +48,14 @@ def measure_collision(problem, state, work, times):
     """Clearances, penetration and merit of an evaluated state; its time is added to the phase's ``times``."""
     started = seconds(work.clock)
     measure_clearances(problem.hand, state, problem.collision, problem.distance, work.rotation)
+    _measure_surroundings(problem.scene, problem.hand, state, work)
     state.merit = state.quality - penalty(problem.hand, problem.settings, state)
     times.collision += seconds(work.clock) - started
+
+
+@kernel
+def _measure_surroundings(scene, hand, state, work):
+    """Slacks of the links from obstacles; without a scene they stay infinite."""
+    if scene is None:
+        return
+    measure_slacks(scene, hand, state, state.around, work.around, NEAR)

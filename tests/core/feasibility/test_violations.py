@@ -5,8 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from fingersplit.feasibility.violations import describe_violations
+from fingersplit.feasibility.violations import Limits, describe_violations
 from fingersplit.feasibility.violations_kernel import find_violations
+from fingersplit.scene import Constraints
+from fingersplit.scene.limits import build_limits
+from fingersplit.scene.ways import new_way
 from fingersplit.splitting.settings import PlannerSettings
 from fingersplit.splitting.state import new_states
 from fingersplit.splitting.termination import Termination
@@ -26,8 +29,9 @@ def state(barrett) -> np.record:
 
 def found(barrett, state: np.record) -> list[Termination]:
     settings = SETTINGS.for_kernels()
-    mask = find_violations(barrett.arrays, settings, state)
-    violations = describe_violations(mask, barrett, settings, state)
+    limits = build_limits(Constraints(), np.eye(4), barrett)
+    mask = find_violations(barrett.arrays, settings, limits, state)
+    violations = describe_violations(mask, barrett, settings, state, Limits(limits, new_way(), ("table",)))
     assert len(violations) == mask.bit_count()
     assert all(violation.sentence.endswith(".") and "allowed:" in violation.sentence for violation in violations)
     return [violation.termination for violation in violations]

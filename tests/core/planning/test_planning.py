@@ -117,7 +117,7 @@ def test_pregrasp_and_squeeze_belong_to_the_grasp(planned, barrett, name):
             np.testing.assert_allclose(grasp["pregrasp"]["palm"]["wxyz"], grasp["palm"]["wxyz"], atol=1e-12)
             way = np.subtract(grasp["palm"]["position"], grasp["pregrasp"]["palm"]["position"])
             assert np.linalg.norm(way) == pytest.approx(0.1)
-            assert rotation_from_wxyz(grasp["palm"]["wxyz"])[:, 2] @ way == pytest.approx(0.1)
+            assert rotation_from_wxyz(grasp["palm"]["wxyz"])[:, 2] @ way >= 0.1 * np.cos(0.7)  # the largest tilt
     assert free > 0
 
 

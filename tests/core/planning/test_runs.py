@@ -226,6 +226,8 @@ def test_violations_are_stated_and_name_the_termination(barrett, runs_of, name):
             int((values > bound).sum()) for values, bound in ((final.residuals, TOLERANCE), (final.pad_angles, 0.6))
         )
         expected += int(run.scores[PENETRATION] > 1e-3)
+        if expected == 0:  # ways in are looked for where nothing else is wrong
+            expected = int(run.outcome.way.distance < 0.03)
         assert len(run.violations) == expected
         assert run.feasible == (expected == 0) == (run.termination <= Termination.ITERATION_LIMIT)
         assert all(sentence.endswith(".") and "allowed:" in sentence for sentence in run.violations)

@@ -48,8 +48,8 @@ def random_pose(rng):
 
 
 def slacks(scene, pose, near=FAR):
-    found = new_slacks()
-    least = measure_slacks(scene.arrays, HAND.arrays, pose, found, near)
+    found, work = new_slacks()
+    least = measure_slacks(scene.arrays, HAND.arrays, pose, found, work, near)
     values = found.slacks[: len(HAND.shape_names)].copy()
     assert least == values.min()
     return values, found

@@ -14,6 +14,13 @@ def test_every_termination_has_a_name_and_advice():
         "pad_angle_violated",
         "in_collision",
         "joint_limit_violated",
+        "stopped_by_obstacle",
+        "stopped_by_region",
+        "near_obstacle",
+        "outside_workspace",
+        "outside_region",
+        "no_free_approach",
+        "no_free_retreat",
     ]
     advice = {end.advice for end in Termination}
     assert len(advice) == len(labels)

@@ -34,6 +34,13 @@ Termination = Literal[
     "pad_angle_violated",
     "in_collision",
     "joint_limit_violated",
+    "stopped_by_obstacle",
+    "stopped_by_region",
+    "near_obstacle",
+    "outside_workspace",
+    "outside_region",
+    "no_free_approach",
+    "no_free_retreat",
 ]
 """Why a run of the planner ended."""
 
