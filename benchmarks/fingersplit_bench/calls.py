@@ -10,12 +10,11 @@ from fingersplit.objects.model import ObjectModel
 from fingersplit.parallel_grasps.grasp_set import ParallelGrasps
 from fingersplit.parallel_grasps.parallel_grasp import ParallelGrasp
 from fingersplit.parallel_grasps.sources import find_parallel_grasps
-from fingersplit.planning.plan import Plan
-from fingersplit.planning.planning import plan
 from fingersplit.planning.run import Run
+from fingersplit.planning.search import Search, find_grasps
 from fingersplit.splitting.settings import PlannerSettings
 
-__all__ = ["FIDELITIES", "antipodal_grasps", "paired_runs", "plan_once", "settings_of", "warm_up"]
+__all__ = ["FIDELITIES", "SEED", "antipodal_grasps", "paired_runs", "plan_once", "settings_of", "warm_up"]
 
 FIDELITIES = ("paper", "default")
 SEED = 1
@@ -34,12 +33,12 @@ def plan_once(
     fidelity: str = "default",
     starts: int = 64,
     threads: int = 1,
-) -> Plan:
+) -> Search:
     """One plan, on one thread unless more are asked for."""
-    return plan(model, hand, grasps, starts=starts, seed=SEED, settings=settings_of(fidelity), threads=threads)
+    return find_grasps(model, hand, grasps, starts=starts, seed=SEED, settings=settings_of(fidelity), threads=threads)
 
 
-def paired_runs(*plans: Plan) -> list[tuple[Run, ...]]:
+def paired_runs(*plans: Search) -> list[tuple[Run, ...]]:
     """Runs of several plans that began in the same mapped state, one tuple a start."""
     runs = [{_start_of(run): run for run in each.runs} for each in plans]
     return [tuple(each[start] for each in runs) for start in runs[0] if all(start in each for each in runs)]

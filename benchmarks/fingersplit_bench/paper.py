@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from fingersplit.contacts.friction import DEFAULT_FRICTION
 from fingersplit.objects.model import ObjectModel
-from fingersplit.planning.plan import Plan
 from fingersplit.planning.run import Run
+from fingersplit.planning.search import Search
 from fingersplit_bench.calls import FIDELITIES, paired_runs, plan_once, warm_up
 from fingersplit_bench.cases import Case, cases_of, parallel_grasps_of
 from fingersplit_bench.paper_tables import PUBLISHED_STAGES, STAGES, gain_table, table_one, table_two
@@ -30,7 +30,7 @@ class CaseRuns:
 
     case: Case
     model: ObjectModel
-    plans: dict[str, list[Plan]]
+    plans: dict[str, list[Search]]
 
     def runs(self, fidelity: str) -> list[Run]:
         """Every run of every plan; plans are the same but for their times."""

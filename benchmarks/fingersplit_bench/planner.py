@@ -12,7 +12,7 @@ from fingersplit.objects.mesh import Mesh
 from fingersplit.objects.model import ObjectModel
 from fingersplit.objects.parametric import mug
 from fingersplit.objects.preparing import prepare_object
-from fingersplit.planning.plan import Plan
+from fingersplit.planning.search import Search
 from fingersplit_bench.calls import plan_once, warm_up
 from fingersplit_bench.machine import on_core
 from fingersplit_bench.published import compare_with_published
@@ -122,7 +122,7 @@ def _mean_of_cores(rates: list[float]) -> float:
     return mean(median(rates[core::CORES]) for core in range(CORES))
 
 
-def _started_per_second(result: Plan) -> float:
+def _started_per_second(result: Search) -> float:
     """Finished runs over the time of everything but ranking, which is paid once an answer [1/s]."""
     stages = result.seconds
     return len(result.runs) / (stages["parallel_grasps"] + stages["mapping"] + stages["splitting"])

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from fingersplit.recording.picture import shade_phases
+from fingersplit.recording.pictures import shade_phases
 from fingersplit.splitting.trace import PHASE_NAMES, Trace
 from fingersplit_bench.profiles import METRICS, mean_and_deviation
 

@@ -18,12 +18,13 @@ from fingersplit.objects.convex_pieces import decompose
 from fingersplit.objects.mesh import Mesh
 from fingersplit.objects.model import ObjectModel
 from fingersplit.objects.preparing import prepare_object
-from fingersplit.planning.proving import prove
-from fingersplit.recording.recorded_run import RecordedRun
+from fingersplit.planning.planning import plan
+from fingersplit.recording.replay import ReplayedGrasp, replay
 from fingersplit.recording.run_recording import write_recording
 from fingersplit.recording.shading import shade_object
 from fingersplit.splitting.trace import Trace
-from fingersplit_bench.calls import plan_once
+from fingersplit.verification import verify_ranked
+from fingersplit_bench.calls import SEED, settings_of
 from fingersplit_bench.suite import Bench, Chapter, Figure, table
 
 __all__ = ["measure_recording", "recordings_chapter", "refined", "resampled"]
@@ -59,12 +60,13 @@ def measure_recording(name: str, mesh: Mesh, hand: Hand, repeats: int) -> list[d
     """
     pieces = decompose(mesh)
     model = prepare_object(refined(mesh, VERTICES), name)
-    planned = prove(plan_once(model, hand, fidelity="paper"), pieces, verified=1)
+    planned = plan(model, hand, seed=SEED, settings=settings_of("paper"))
     if not planned.grasps:
         return []
-    grasp = max(planned.grasps, key=lambda grasp: (grasp.verification is not None, -grasp.rank))
-    recorded = RecordedRun.from_planned(grasp, hand)
-    run = replace(recorded, trace=resampled(recorded.trace, STATES))
+    verified = verify_ranked(planned, model, hand, pieces, verified=1)
+    grasp = max(verified.grasps, key=lambda grasp: (grasp.verification is not None, -grasp.rank))
+    replayed = replay(verified, grasp.rank, model, hand, lambda: pieces)
+    run = replace(replayed, trace=resampled(replayed.trace, STATES))
     with TemporaryDirectory() as folder:
         path = Path(folder) / "run.rrd"
         writes = [_write(path, model, hand, run) for _ in range(WARM_UP + WRITES_A_REPEAT * repeats)][WARM_UP:]
@@ -78,7 +80,7 @@ def measure_recording(name: str, mesh: Mesh, hand: Hand, repeats: int) -> list[d
         {
             "object": name,
             "vertices": len(model.mesh.vertices),
-            "frames": 0 if run.simulation is None else len(run.simulation.times),
+            "frames": 0 if run.frames is None else len(run.frames.times),
             "mb": megabytes,
             "ms": (1e3 * times).tolist(),
             "new_ms": 1e3 * float(np.median(new)),
@@ -131,11 +133,11 @@ def _halve_longest_edges(
     )
 
 
-def _write(path: Path, model: ObjectModel, hand: Hand, run: RecordedRun) -> tuple[float, float]:
+def _write(path: Path, model: ObjectModel, hand: Hand, run: ReplayedGrasp) -> tuple[float, float]:
     """Time of one recording, and of it what rerun took to flush and close [s]."""
     began = perf_counter()
     with _closing_time() as closing:
-        write_recording(path, model, hand, run)
+        write_recording(path, run, model, hand)
     return perf_counter() - began, sum(closing)
 
 

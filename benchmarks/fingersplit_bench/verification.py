@@ -12,8 +12,9 @@ from fingersplit.objects.convex_pieces import ConvexPieces
 from fingersplit.objects.mesh import Mesh
 from fingersplit.objects.options import ObjectOptions
 from fingersplit.objects.preparing import prepare_object
-from fingersplit.planning.planning import plan
-from fingersplit.verification import Verification, verify
+from fingersplit.planning.search import find_grasps
+from fingersplit.result import Verification
+from fingersplit.verification import verify
 from fingersplit.verification.protocol import Protocol
 from fingersplit.verification.protocols import available_protocols
 from fingersplit_bench.contrast import contrast_table, measure_contrast, time_step_sentence
@@ -67,7 +68,7 @@ def measure_verification(
     grasps that they were before the splitting.
     """
     model = prepare_object(load(), name, ObjectOptions(mass=mass))
-    runs = [grasp.run for grasp in plan(model, hand, starts=64, seed=seed, top_k=TOP_K).grasps]
+    runs = [grasp.run for grasp in find_grasps(model, hand, starts=64, seed=seed, top_k=TOP_K).grasps]
 
     def check(grasp: Grasp, protocol: str | Protocol, friction: float | Sequence[float] = FRICTION) -> Verification:
         return verify(grasp, hand, model, pieces, protocol, friction=friction, planned_friction=FRICTION, threads=2)
@@ -90,7 +91,7 @@ def _until_one_holds(runs: list[Any], protocol: str, check: Callable[[Any, str],
     times, first = [], None
     for rank, run in enumerate(runs, 1):
         report = check(run.final, protocol)
-        times.append(1e3 * report.seconds)
+        times.append(report.time_ms)
         if report.passed:
             first = rank
             break

@@ -9,6 +9,7 @@ __all__ = [
     "HandError",
     "MissingExtraError",
     "ObjectFileError",
+    "OutputError",
     "ParallelGraspError",
     "ResultError",
     "SceneError",
@@ -82,8 +83,12 @@ class ExchangeError(FingersplitError):
     """A file or document of another tool's format that does not say what the format promises."""
 
 
+class OutputError(FingersplitError):
+    """A file that cannot be written."""
+
+
 class ResultError(FingersplitError):
-    """A stored result that is none, or that does not come out again."""
+    """A stored result that is none, belongs to another object, hand or version, or could not be reproduced."""
 
 
 class SceneError(FingersplitError):

@@ -1,24 +1,48 @@
-"""What a grasp is: palm pose, joints and contacts in the object frame."""
+"""A posed hand, and a grasp: the posed hand with its contacts on the object."""
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fingersplit.hands.hand import Hand
 from fingersplit.transforms import wxyz_from_rotation
 
-__all__ = ["Grasp", "palm_document"]
+__all__ = ["Grasp", "HandPose"]
 
 
 @dataclass(frozen=True, eq=False)
-class Grasp:
-    """A posed hand and where its fingers touch.
+class HandPose:
+    """Where a hand is.
 
     Attributes:
         object_from_palm: Palm pose in the object frame, (4, 4).
         joints: Joint angles in the hand's order, (N,) [rad].
+    """
+
+    object_from_palm: NDArray[np.float64]
+    joints: NDArray[np.float64]
+
+    @property
+    def position(self) -> NDArray[np.float64]:
+        """Palm origin in the object frame, (3,) [m]."""
+        return self.object_from_palm[:3, 3]
+
+    @property
+    def wxyz(self) -> NDArray[np.float64]:
+        """Rotation from the palm frame to the object frame, unit quaternion, (4,)."""
+        return wxyz_from_rotation(self.object_from_palm[:3, :3])
+
+    @property
+    def qpos(self) -> NDArray[np.float64]:
+        """Position xyz [m], quaternion wxyz, then joints [rad], (7 + N,)."""
+        return np.concatenate([self.position, self.wxyz, self.joints])
+
+
+@dataclass(frozen=True, eq=False)
+class Grasp(HandPose):
+    """A posed hand and where its fingers touch.
+
+    Attributes:
         contacts: Contact points on the object, (F, 3) [m].
         normals: Outward surface normals at the contacts, (F, 3).
         fingertips: Points of the pads that face the contacts, (F, 3) [m].
@@ -26,37 +50,8 @@ class Grasp:
         pad_angles: Angle between pad normal and inward surface normal, (F,) [rad].
     """
 
-    object_from_palm: NDArray[np.float64]
-    joints: NDArray[np.float64]
     contacts: NDArray[np.float64]
     normals: NDArray[np.float64]
     fingertips: NDArray[np.float64]
     residuals: NDArray[np.float64]
     pad_angles: NDArray[np.float64]
-
-    def to_document(self, hand: Hand, forces: NDArray[np.float64] | None = None) -> dict[str, Any]:
-        """Palm, named joints and contacts as plain JSON data; ``forces`` (F, 3) [N] go with the contacts."""
-        return {
-            "palm": palm_document(self.object_from_palm),
-            "joints": hand.named(self.joints),
-            "contacts": [
-                {
-                    "finger": finger.name,
-                    "position": self.contacts[f].tolist(),
-                    "normal": self.normals[f].tolist(),
-                    "fingertip": self.fingertips[f].tolist(),
-                    "residual": float(self.residuals[f]),
-                    "pad_angle": float(self.pad_angles[f]),
-                    "force": None if forces is None else forces[f].tolist(),
-                }
-                for f, finger in enumerate(hand.fingers)
-            ],
-        }
-
-
-def palm_document(object_from_palm: NDArray[np.float64]) -> dict[str, Any]:
-    """A palm pose (4, 4) as plain JSON data."""
-    return {
-        "position": object_from_palm[:3, 3].tolist(),
-        "wxyz": wxyz_from_rotation(object_from_palm[:3, :3]).tolist(),
-    }

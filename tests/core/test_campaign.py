@@ -12,7 +12,7 @@ pytestmark = pytest.mark.campaign
 
 def test_object_is_grasped_or_it_is_said_why_not(every_object, barrett, verify_grasp):
     result = plan(every_object, barrett)
-    document = result.to_document()
+    document = result.to_dict()
     PlanResult.model_validate(document)
     feasible = [grasp for grasp in document["grasps"] if grasp["feasible"]]
     for grasp in feasible:

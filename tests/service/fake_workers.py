@@ -165,14 +165,19 @@ def result_document(object_name: str, request: JobCreate) -> dict[str, Any]:
         | {
             "parallel_grasp": {"contacts": [[0.03, 0, 0], [-0.03, 0, 0]], "approach": [0, 0, -1]},
             "quality": 0.1,
+            "verification": None,
         },
         "verification": None,
     }
     return {
+        "schema_version": 2,
         "hand": request.hand,
         "object": {
             "id": request.object_id,
             "name": object_name,
+            "source": {"unit": "m", "scale": 1.0, "viewpoint": None},
+            "options": {"density": None, "mass": None, "friction": None, "fairing": 0.0},
+            "report": None,
             "extents": [0.06, 0.06, 0.12],
             "volume": 4e-4,
             "mass": 0.2,
@@ -185,11 +190,20 @@ def result_document(object_name: str, request: JobCreate) -> dict[str, Any]:
         "seed": request.seed,
         "starts": request.starts,
         "friction": 0.6,
+        "provenance": {
+            "software_version": "0.1.0",
+            "hand_sha256": 64 * "0",
+            "planner": {"fidelity": "default"},
+            "constraints": {},
+            "parallel_grasps": "antipodal",
+            "top_k": request.top_k,
+        },
         "summary": {
             "started": request.starts,
             "feasible": int(feasible),
             "terminations": {grasp["termination"]: 1},
             "message": f"{int(feasible)} of {request.starts} starts ended in a feasible grasp.",
+            "verification": None,
         },
         "timings_ms": {"parallel_grasps": 1.0, "mapping": 1.0, "splitting": 1.0, "ranking": 1.0, "total": 4.0},
         "grasps": [grasp],

@@ -7,8 +7,8 @@ from typing import Any
 
 from fingersplit.objects.model import ObjectModel
 from fingersplit.objects.preparing import prepare_object
-from fingersplit.planning.plan import Plan
 from fingersplit.planning.run import Run
+from fingersplit.planning.search import Search
 from fingersplit_bench.calls import FIDELITIES, paired_runs, plan_once, settings_of, warm_up
 from fingersplit_bench.cases import Case, cases_of, parallel_grasps_of
 from fingersplit_bench.ipopt.implicit_surface import fit_surface
@@ -118,7 +118,7 @@ def _prepare(bench: Bench, name: str) -> tuple[GeneralProblem, float]:
 
 
 def _compare(
-    bench: Bench, case: Case, model: ObjectModel, problem: GeneralProblem, prepare_s: float, plans: dict[str, Plan]
+    bench: Bench, case: Case, model: ObjectModel, problem: GeneralProblem, prepare_s: float, plans: dict[str, Search]
 ) -> CaseComparison:
     bench.note(f"IPOPT on {case.name} ({model.name})")
     attempts = []

@@ -1,8 +1,7 @@
-"""From a result document to the file of another tool: one line a format."""
+"""From a result to the file of another tool: one line a format."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 from fingersplit.errors import ExchangeError
 from fingersplit.formats.dexgraspbench import write_dexgraspbench
@@ -11,6 +10,7 @@ from fingersplit.formats.isaac_grasp import write_isaac_grasp
 from fingersplit.formats.moveit import write_moveit_json, write_moveit_yaml
 from fingersplit.formats.multi_gripper_grasp import write_multi_gripper_grasp
 from fingersplit.formats.results import Results
+from fingersplit.result.plan import PlanResult
 
 __all__ = ["EXPORT_FORMATS", "ExportFormat", "export"]
 
@@ -44,18 +44,19 @@ EXPORT_FORMATS: dict[str, ExportFormat] = {
 }
 
 
-def export(document: Mapping[str, Any], format: str, *, rank: int | None = None) -> bytes:  # noqa: A002
-    """Write the feasible grasps of a result document in another tool's format.
+def export(result: PlanResult, format: str, *, rank: int | None = None) -> bytes:  # noqa: A002
+    """Write the feasible grasps of a result in another tool's format.
 
     Args:
-        document: A result document, as ``Plan.to_document`` and the service give it.
+        result: The result.
         format: A key of ``EXPORT_FORMATS``.
         rank: Only this grasp, feasible or not; None for all feasible ones, best first (the best one where the format
             holds one grasp).
 
     Raises:
-        ExchangeError: Unknown format, no such grasp, or a document that is no result.
+        ExchangeError: Unknown format, or no grasp that is feasible.
+        ResultError: No such rank.
     """
     if format not in EXPORT_FORMATS:
         raise ExchangeError(f"Unknown export format {format!r}; known: {', '.join(EXPORT_FORMATS)}.")
-    return EXPORT_FORMATS[format].write(Results.from_document(document, rank))
+    return EXPORT_FORMATS[format].write(Results.from_result(result, rank))

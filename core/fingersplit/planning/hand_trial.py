@@ -6,7 +6,7 @@ from fingersplit.hands.hand import Hand
 from fingersplit.objects.mesh import Mesh
 from fingersplit.objects.parametric import box, cylinder, sphere
 from fingersplit.objects.preparing import prepare_object
-from fingersplit.planning.planning import plan
+from fingersplit.planning.search import find_grasps
 
 __all__ = ["try_hand"]
 
@@ -28,7 +28,7 @@ def try_hand(hand: Hand) -> list[dict[str, Any]]:
             width = share * grip.gripper.opening[1]
             for name, mesh in _objects(width).items():
                 title = f"{name} of {1e3 * width:.0f} mm"
-                planned = plan(prepare_object(mesh, title), grip, starts=STARTS, seed=SEED, top_k=1)
+                planned = find_grasps(prepare_object(mesh, title), grip, starts=STARTS, seed=SEED, top_k=1)
                 ends = [run.termination for run in planned.runs]
                 found.append(
                     {

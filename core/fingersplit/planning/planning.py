@@ -1,34 +1,45 @@
-"""The whole way on one screen: object and hand, parallel grasps, starts, finger splitting, ranked grasps."""
+"""Planning as callers use it: from object and hand to a result that stands on its own."""
 
+from collections import Counter
 from collections.abc import Sequence
-from time import perf_counter
+from functools import cache
+from importlib.metadata import version
 
 import numpy as np
+from numpy.typing import NDArray
 
-from fingersplit.contacts.friction import planned_friction
-from fingersplit.errors import ParallelGraspError, SettingsError
+from fingersplit.execution.execution import GraspExecution
+from fingersplit.grasp import Grasp
 from fingersplit.hands.hand import Hand
 from fingersplit.objects.model import ObjectModel
-from fingersplit.objects.surface_kernel import closest
 from fingersplit.parallel_grasps.parallel_grasp import ParallelGrasp
-from fingersplit.planning.final_checks import check_finally
-from fingersplit.planning.finding import allowed_starts, find_starts
-from fingersplit.planning.plan import Plan
-from fingersplit.planning.ranking import describe_outcome, rank_runs
+from fingersplit.planning.ranking import RankedGrasp
 from fingersplit.planning.run import Run
-from fingersplit.planning.starts import build_problem, choose_starts, split_starts
-from fingersplit.scene.attaching import attach_bodies
+from fingersplit.planning.search import Search, find_grasps
+from fingersplit.result.grasp import (
+    Contact,
+    GraspMetrics,
+    GraspResult,
+    GraspTimings,
+    InitialGrasp,
+    Iterations,
+    PalmPose,
+    ParallelContacts,
+    Pregrasp,
+)
+from fingersplit.result.plan import (
+    SCHEMA_VERSION,
+    PlannedObject,
+    PlanResult,
+    PlanSummary,
+    PlanTimings,
+    Provenance,
+)
 from fingersplit.scene.constraints import Constraints
-from fingersplit.scene.preparing import prepare_scene
 from fingersplit.splitting.settings import PlannerSettings
 from fingersplit.threads import Progress
 
 __all__ = ["plan"]
-
-MAX_CONTACT = 5e-3
-"""Most that a given contact may lie off the surface [m]."""
-ATTEMPTS, MORE_STARTS = 3, 3
-"""A request with a scene is tried again when nothing is feasible, so often in all, each time with more starts."""
 
 
 def plan(
@@ -45,11 +56,11 @@ def plan(
     constraints: Constraints | None = None,
     threads: int = 1,
     progress: Progress | None = None,
-) -> Plan:
+) -> PlanResult:
     """Plan grasps of an object: the same arguments give the same grasps, bit for bit on the same machine.
 
     Args:
-        model: The object, from ``prepare_object``.
+        model: The object, from ``load_object`` or ``prepare_object``.
         hand: The hand, from ``load_hand``.
         parallel_grasps: Two-contact grasps to start from, each taken with both finger assignments; None to have
             some found.
@@ -73,69 +84,128 @@ def plan(
             out of range.
         ParallelGraspError: A given contact lies off the surface.
     """
-    _check(starts=starts, top_k=top_k, threads=threads, seed=seed)
-    settings = settings or PlannerSettings()
-    friction = planned_friction(friction, model.options.friction)
-    report = progress or (lambda _stage, _share: None)
-    seconds: dict[str, float] = {}
-    watch = _Watch(seconds)
-
-    constraints = constraints or Constraints()
-    hand = attach_bodies(hand, constraints.end_effector.attached_bodies)
-    scene = prepare_scene(constraints, model, hand)
-    problem = build_problem(model, hand, settings, scene)
-    runs: tuple[Run, ...] = ()
-    given: Sequence[ParallelGrasp] = ()
-    for attempt in range(ATTEMPTS if scene.restricts and parallel_grasps is None else 1):
-        report("parallel_grasps", 0.0)
-        many = starts * MORE_STARTS**attempt
-        if parallel_grasps is None:
-            rng = np.random.default_rng(seed if attempt == 0 else [seed, attempt])
-            given = find_starts(model, hand, scene, many, source=source, friction=friction, rng=rng, threads=threads)
-        else:
-            _check_contacts(model, parallel_grasps)
-            given = allowed_starts(parallel_grasps, scene)
-        watch.lap("parallel_grasps")
-        chosen = choose_starts(problem, hand, given, many, threads=threads, report=report)
-        watch.lap("mapping")
-        runs += split_starts(problem, model.patches, hand, chosen, threads=threads, report=report, scene=scene)
-        check_finally(runs, scene, model)
-        watch.lap("splitting")
-        if any(run.feasible for run in runs):
-            break
-    grasps = rank_runs(model, runs, top_k, friction, threads)
-    watch.lap("ranking")
-    report("ranking", 1.0)
-    message = describe_outcome(len(given), runs, hand, friction, model)
-    return Plan(hand, model, seed, starts, friction, runs, grasps, message, seconds)
-
-
-def _check(*, starts: int, top_k: int, threads: int, seed: int) -> None:
-    for name, value, least in (("starts", starts, 1), ("top_k", top_k, 1), ("threads", threads, 1), ("seed", seed, 0)):
-        if value < least:
-            raise SettingsError(f"{name} is {value}; it must be at least {least}.")
+    found = find_grasps(
+        model,
+        hand,
+        parallel_grasps,
+        source=source,
+        starts=starts,
+        seed=seed,
+        top_k=top_k,
+        settings=settings,
+        friction=friction,
+        constraints=constraints,
+        threads=threads,
+        progress=progress,
+    )
+    stages = {stage: 1e3 * seconds for stage, seconds in found.seconds.items()}
+    return PlanResult(
+        schema_version=SCHEMA_VERSION,
+        hand=hand.name,
+        object=_object(model),
+        seed=seed,
+        starts=starts,
+        friction=found.friction,
+        provenance=Provenance(
+            software_version=_software_version(),
+            hand_sha256=hand.sha256,
+            planner=found.settings.to_document(),
+            constraints=found.constraints.to_document(),
+            parallel_grasps=source if parallel_grasps is None else "given",
+            top_k=top_k,
+        ),
+        summary=_summary(found),
+        timings_ms=PlanTimings(**stages, total=sum(stages.values())),
+        grasps=tuple(_grasp(grasp, hand) for grasp in found.grasps),
+    )
 
 
-def _check_contacts(model: ObjectModel, grasps: Sequence[ParallelGrasp]) -> None:
-    for number, grasp in enumerate(grasps, 1):
-        for contact in grasp.contacts:
-            _, point, _ = closest(model.surface, tuple(contact), -1)
-            distance = float(np.linalg.norm(contact - point))
-            if distance > MAX_CONTACT:
-                raise ParallelGraspError(
-                    f"Contact {contact.tolist()} of parallel grasp {number} lies {1e3 * distance:.1f} mm from the "
-                    f"surface; allowed: {1e3 * MAX_CONTACT:g} mm. Give points on it, in the object frame, "
-                    f"in metres."
-                )
+@cache
+def _software_version() -> str:
+    return version("fingersplit")
 
 
-class _Watch:
-    """Time since the last lap, by stage."""
+def _object(model: ObjectModel) -> PlannedObject:
+    return PlannedObject(
+        id=model.id,
+        name=model.name,
+        source=model.source,
+        options=model.options,
+        report=model.report,
+        extents=_vector(model.mesh.extents),
+        volume=model.mass_properties.volume,
+        mass=model.mass,
+        center_of_mass=_vector(model.center_of_mass),
+        inertia=(_vector(model.inertia[0]), _vector(model.inertia[1]), _vector(model.inertia[2])),
+        samples=len(model.surface.normals),
+        sample_spacing=model.surface.spacing,
+        seen=model.seen,
+    )
 
-    def __init__(self, seconds: dict[str, float]) -> None:
-        self._seconds, self._since = seconds, perf_counter()
 
-    def lap(self, stage: str) -> None:
-        now = perf_counter()
-        self._seconds[stage] = self._seconds.get(stage, 0.0) + now - self._since
-        self._since = now
+def _summary(found: Search) -> PlanSummary:
+    ends = Counter(run.termination for run in found.runs)
+    return PlanSummary(
+        started=len(found.runs),
+        feasible=found.feasible,
+        terminations={end.label: ends[end] for end in sorted(ends)},
+        message=found.message,
+    )
+
+
+def _grasp(ranked: RankedGrasp, hand: Hand) -> GraspResult:
+    run, execution = ranked.run, ranked.execution
+    return GraspResult(
+        rank=ranked.rank,
+        feasible=run.feasible,
+        violations=run.violations,
+        reason=ranked.reason,
+        palm=PalmPose.from_matrix(run.final.object_from_palm),
+        joints=hand.named(run.final.joints),
+        contacts=_contacts(run.final, hand, ranked.holding.forces),
+        pregrasp=_pregrasp(execution, hand),
+        squeeze_joints=hand.named(execution.squeeze_joints),
+        metrics=GraspMetrics(**ranked.metrics.to_document()),
+        termination=run.termination,
+        advice=run.termination.advice,
+        iterations=Iterations(outer=int(run.outcome.rounds), cpo=int(run.outcome.cpo), ppo=int(run.outcome.ppo)),
+        timings_ms=GraspTimings(*(1e3 * seconds for seconds in run.seconds)),
+        initial=_initial(run, hand),
+    )
+
+
+def _initial(run: Run, hand: Hand) -> InitialGrasp:
+    first, second = run.parallel_grasp.contacts
+    return InitialGrasp(
+        parallel_grasp=ParallelContacts((_vector(first), _vector(second)), _vector(run.parallel_grasp.approach)),
+        palm=PalmPose.from_matrix(run.initial.object_from_palm),
+        joints=hand.named(run.initial.joints),
+        contacts=_contacts(run.initial, hand, None),
+        quality=float(run.first.quality),
+    )
+
+
+def _pregrasp(execution: GraspExecution, hand: Hand) -> Pregrasp | None:
+    if execution.pregrasp_pose is None:
+        return None
+    return Pregrasp(PalmPose.from_matrix(execution.pregrasp_pose), hand.named(execution.pregrasp_joints))
+
+
+def _contacts(grasp: Grasp, hand: Hand, forces: NDArray[np.float64] | None) -> tuple[Contact, ...]:
+    return tuple(
+        Contact(
+            finger=finger.name,
+            position=_vector(grasp.contacts[f]),
+            normal=_vector(grasp.normals[f]),
+            fingertip=_vector(grasp.fingertips[f]),
+            residual=float(grasp.residuals[f]),
+            pad_angle=float(grasp.pad_angles[f]),
+            force=None if forces is None else _vector(forces[f]),
+        )
+        for f, finger in enumerate(hand.fingers)
+    )
+
+
+def _vector(values: NDArray[np.float64]) -> tuple[float, float, float]:
+    x, y, z = values.tolist()
+    return x, y, z

@@ -3,10 +3,11 @@
 import math
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
-from fingersplit.contacts.assessment import assess
+from fingersplit.contacts.assessment import Metrics, assess
 from fingersplit.contacts.holding import GRAVITY, Contacts, Holding, assess_holding
 from fingersplit.contacts.metrics import WrenchSpace
 from fingersplit.execution.execution import GraspExecution, plan_execution
@@ -14,18 +15,38 @@ from fingersplit.hands.hand import Hand
 from fingersplit.objects.model import ObjectModel
 from fingersplit.parallel_grasps.antipodal import MIN_OPENING
 from fingersplit.parallel_grasps.guided_starts_kernel import TOUCHING
-from fingersplit.planning.plan import PlannedGrasp
 from fingersplit.planning.run import Run
 
-__all__ = ["describe_outcome", "rank_runs"]
+__all__ = ["RankedGrasp", "describe_outcome", "rank_runs"]
 
 SAME_POSITION, SAME_ROTATION = 5e-3, 0.1
 """Palms nearer than this are one grasp, of which the better stays [m], [rad]."""
 
 
+@dataclass(frozen=True, eq=False)
+class RankedGrasp:
+    """One ranked grasp with the run that found it.
+
+    Attributes:
+        rank: Place in the answer, 1 is best.
+        run: The finger splitting.
+        metrics: Numbers that compare it with others.
+        holding: How it holds the object, with the forces that do.
+        execution: Pre-grasp, approach and squeeze.
+        reason: Why it stands at this rank, in a sentence.
+    """
+
+    rank: int
+    run: Run
+    metrics: Metrics
+    holding: Holding
+    execution: GraspExecution
+    reason: str
+
+
 def rank_runs(
     model: ObjectModel, runs: Sequence[Run], top_k: int, friction: float, threads: int = 1
-) -> tuple[PlannedGrasp, ...]:
+) -> tuple[RankedGrasp, ...]:
     """The best ``top_k`` runs that are not nearly a better one, with metrics, forces and execution.
 
     Fewest violated constraints first, so feasible grasps lead; then by the margin with which they hold the object's
@@ -47,12 +68,19 @@ def rank_runs(
     return tuple(_planned(rank, runs[i], holdings[i], model, friction) for rank, i in enumerate(kept, 1))
 
 
-def _planned(rank: int, run: Run, holding: Holding, model: ObjectModel, friction: float) -> PlannedGrasp:
+def _planned(rank: int, run: Run, holding: Holding, model: ObjectModel, friction: float) -> RankedGrasp:
     final = run.final
     space = WrenchSpace(final.contacts, final.normals, friction, model.center_of_mass, model.radius)
     metrics = assess(space, run.scores, holding.margin)
     execution = plan_execution(run.problem, run.hand, run.last, holding.forces, run.outcome.way)
-    return PlannedGrasp(rank, run, metrics, holding, execution, _reason(run, holding, execution, model.mass * GRAVITY))
+    return RankedGrasp(
+        rank=rank,
+        run=run,
+        metrics=metrics,
+        holding=holding,
+        execution=execution,
+        reason=_reason(run, holding, execution, model.mass * GRAVITY),
+    )
 
 
 def _reason(run: Run, holding: Holding, execution: GraspExecution, weight: float) -> str:
@@ -62,18 +90,19 @@ def _reason(run: Run, holding: Holding, execution: GraspExecution, weight: float
     down = _direction_name(holding.gravity)
     weakest = run.hand.fingers[int(holding.frictions.argmin())].name
     if holding.margin == -math.inf:
-        held = "Its contacts lie nearly on a line and cannot balance the weight"
+        held = "Cannot balance the object's weight: the contacts lie nearly on a line"
     elif holding.margin < 0:
         held = (
-            f"With gravity along {down} its contacts lack {-holding.margin:.2f} N of friction to carry {weight:.2f} N"
+            f"Cannot support the object's weight ({weight:.2f} N) with gravity along {down}: the contacts lack "
+            f"{-holding.margin:.2f} N of friction force"
         )
     else:
         held = (
-            f"It carries {weight:.2f} N whichever way is down, with {holding.margin:.2f} N of friction to spare at "
-            f"every contact in the worst case, gravity along {down}"
+            f"Supports the object's weight ({weight:.2f} N) for every tested gravity direction; minimum friction "
+            f"margin {holding.margin:.2f} N, with gravity along {down}"
         )
-    way = "" if execution.pregrasp_pose is not None else " No straight way in is free."
-    return f"{held}; least friction counts at {weakest} ({holding.frictions.min():.2f}).{way}"
+    approach = "" if execution.pregrasp_pose is not None else " No collision-free straight approach."
+    return f"{held}; lowest effective friction coefficient: {holding.frictions.min():.2f} at {weakest}.{approach}"
 
 
 def _direction_name(direction: np.ndarray) -> str:

@@ -5,8 +5,8 @@ import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
 from fingersplit.objects.model import ObjectModel
-from fingersplit.recording.lift_rows import Lift
-from fingersplit.recording.recorded_run import RecordedRun
+from fingersplit.recording.replay import ReplayedGrasp
+from fingersplit.recording.simulation_rows import RecordedFrames
 from fingersplit.recording.stream import Layout
 
 __all__ = ["Eye", "choose_view", "grasp_blueprint"]
@@ -19,12 +19,12 @@ HAND_REACH = 0.2
 """About how far a hand stands out of the object it grasps [m]."""
 
 
-def grasp_blueprint(eye: Eye, *, lifted: bool) -> Layout:
+def grasp_blueprint(eye: Eye, *, simulated: bool) -> Layout:
     """The layout of a run's recording.
 
     Args:
         eye: Where the scene is seen from.
-        lifted: Whether the recording goes on through a lift.
+        simulated: Whether the recording goes on through a simulation.
     """
     position, target = eye
     scene = rrb.Spatial3DView(
@@ -40,10 +40,10 @@ def grasp_blueprint(eye: Eye, *, lifted: bool) -> Layout:
         _curve("Pad tilt [rad]", "constraints/pad_angle_rad"),
         _curve("Parts of Q", "quality_parts"),
     ]
-    lift = [
-        _curve("Contact forces [N]", "lift/force_N"),
-        _curve("Slip in the hand [mm]", "lift/slip_mm"),
-        _curve("Turn in the hand [deg]", "lift/turn_deg"),
+    simulation = [
+        _curve("Contact forces [N]", "simulation/force_N"),
+        _curve("Slip in the hand [mm]", "simulation/slip_mm"),
+        _curve("Turn in the hand [deg]", "simulation/turn_deg"),
     ]
     return Layout(
         rrb.Horizontal(
@@ -52,12 +52,12 @@ def grasp_blueprint(eye: Eye, *, lifted: bool) -> Layout:
                 _curve("Quality Q", "quality"),
                 rrb.StateTimelineView(origin="phase", name="Phase"),
                 rrb.Tabs(*curves, name="Metrics"),
-                *([rrb.Tabs(*lift, name="Lift")] if lifted else []),
+                *([rrb.Tabs(*simulation, name="Simulation")] if simulated else []),
                 rrb.Tabs(
-                    rrb.TextLogView(origin="log", name="What happened"),
+                    rrb.TextLogView(origin="log", name="Log"),
                     rrb.TextDocumentView(origin="summary", name="Summary"),
                 ),
-                row_shares=[3, 2.6, 2.8, *([2.8] if lifted else []), 2.6],
+                row_shares=[3, 2.6, 2.8, *([2.8] if simulated else []), 2.6],
             ),
             column_shares=[5, 4],
         ),
@@ -74,30 +74,30 @@ def _curve(name: str, origin: str) -> rrb.TimeSeriesView:
 
 
 def choose_view(
-    model: ObjectModel, run: RecordedRun, lifts: list[Lift], *, side_by_side: bool
+    model: ObjectModel, replayed: ReplayedGrasp, simulations: list[RecordedFrames], *, side_by_side: bool
 ) -> tuple[Eye, NDArray[np.float64]]:
     """An eye that sees the fingers from the side, and where a second scene stands beside the first.
 
     Args:
         model: The object.
-        run: What is told.
-        lifts: What follows it.
+        replayed: The grasp with its history.
+        simulations: What follows the planning.
         side_by_side: Whether there is a second scene.
 
     Returns:
         The eye, and the offset of the second scene, (3,) [m].
     """
     up = np.array([0.0, 0.0, 1.0])
-    palm_x = run.trace.palm_rotations[-1][:, 0]  # across the closing direction of the fingers
+    palm_x = replayed.trace.palm_rotations[-1][:, 0]  # across the closing direction of the fingers
     towards = palm_x - (palm_x @ up) * up
     if np.linalg.norm(towards) < 0.3:
-        towards = np.cross(run.trace.palm_rotations[-1][:, 2], up)
+        towards = np.cross(replayed.trace.palm_rotations[-1][:, 2], up)
     towards = towards / np.linalg.norm(towards)
     right = np.cross(up, towards)
     radius = model.radius + HAND_REACH
     beside = 1.2 * radius * right
-    raised = max((float(np.ptp(lift.object_poses.positions[0, :, 2])) for lift in lifts), default=0.0)
-    middle = (run.trace.palm_positions[-1] + model.center_of_mass) / 2
+    raised = max((float(np.ptp(one.object_poses.positions[0, :, 2])) for one in simulations), default=0.0)
+    middle = (replayed.trace.palm_positions[-1] + model.center_of_mass) / 2
     target = middle + raised / 2 * up + (beside / 2 if side_by_side else 0)
     distance = 1.15 * radius + 0.8 * raised + (0.35 * radius if side_by_side else 0)
     direction = towards + 0.35 * up + 0.35 * right

@@ -1,10 +1,10 @@
 """What is drawn in which colour, the same in pictures and in recordings."""
 
 __all__ = [
+    "COLLISION",
     "CONE",
     "FINGERS",
     "FORCE",
-    "HIT",
     "LINK",
     "OBJECT",
     "PALM",
@@ -25,7 +25,7 @@ PARALLEL = (150, 110, 220, 255)
 CONE = (240, 190, 70, 70)
 STEP = (242, 194, 48, 255)
 REFERENCE = (255, 255, 255, 255)
-HIT = (230, 40, 40, 255)
+COLLISION = (230, 40, 40, 255)
 FORCE = (60, 190, 110, 255)
 
 

@@ -37,7 +37,7 @@ def record_planning(stream: rr.RecordingStream, trace: Trace, model: ObjectModel
     """
     _record_contacts(stream, trace)
     _record_contact_steps(stream, trace, model)
-    _record_hits(stream, trace, model, hand)
+    _record_collisions(stream, trace, model, hand)
     _record_quality(stream, trace)
     _record_metrics(stream, trace, model, friction)
     _record_constraints(stream, trace, hand)
@@ -84,13 +84,13 @@ def _record_contact_steps(stream: rr.RecordingStream, trace: Trace, model: Objec
     _send(stream, "world/cpo/reference_points", rows, points.partition(counts))
 
 
-def _record_hits(stream: rr.RecordingStream, trace: Trace, model: ObjectModel, hand: Hand) -> None:
+def _record_collisions(stream: rr.RecordingStream, trace: Trace, model: ObjectModel, hand: Hand) -> None:
     """Collision points inside the hand; only states that the planner found penetrating are looked at."""
     rows = np.arange(len(trace))
     looked_at = trace.scores[:, PENETRATION] > 0
     states = trace.joints[looked_at], trace.palm_rotations[looked_at], trace.palm_positions[looked_at]
     found, counts = points_in_collision(hand, model, *states), np.zeros(len(trace), dtype=np.int64)
-    counts[looked_at] = [len(hits) for hits in found]
+    counts[looked_at] = [len(points) for points in found]
     points = rr.Points3D.columns(positions=np.vstack([*found, np.empty((0, 3))])).partition(counts)
     _send(stream, "world/collision_points", rows, points)
 

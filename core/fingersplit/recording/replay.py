@@ -1,75 +1,140 @@
-"""A stored result planned again, so that what a document leaves out can be seen."""
+"""A grasp of a stored result with its history: the search, and where it was verified the simulation, are run again.
 
-import json
-from dataclasses import replace
-from pathlib import Path
-from typing import Any
+Both give the same on the same machine, and a search takes less than a millisecond, so results carry no histories.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fingersplit.errors import ResultError
+from fingersplit.grasp import Grasp
 from fingersplit.hands.hand import Hand
+from fingersplit.objects.convex_pieces import ConvexPieces
 from fingersplit.objects.model import ObjectModel
 from fingersplit.parallel_grasps.parallel_grasp import ParallelGrasp
-from fingersplit.planning.plan import PlannedGrasp
-from fingersplit.planning.planning import plan
+from fingersplit.planning.run import Run
+from fingersplit.planning.starts import build_problem, choose_starts, split_starts
+from fingersplit.result.grasp import GraspResult
+from fingersplit.result.plan import PlanResult
+from fingersplit.result.verification import Verification
+from fingersplit.scene.attaching import attach_bodies
+from fingersplit.scene.constraints import Constraints
+from fingersplit.scene.preparing import prepare_scene
 from fingersplit.splitting.settings import PlannerSettings
+from fingersplit.splitting.trace import PHASE_NAMES, QUALITY, Trace
+from fingersplit.verification import SimulationFrames, repeat_simulation
 
-__all__ = ["read_result", "replay"]
+__all__ = ["QualityCurve", "ReplayedGrasp", "replay"]
 
 SAME = 1e-6
 """Joint angles of the same grasp differ by less [rad]."""
 
 
-def read_result(path: Path) -> dict[str, Any]:
-    """A result document from a file.
+@dataclass(frozen=True, eq=False)
+class QualityCurve:
+    """Q of every state (T,), the phase that led to it, and the largest distance of a pad from its contact (T,) [m]."""
 
-    Raises:
-        ResultError: The file holds none.
+    quality: NDArray[np.float64]
+    phases: tuple[str, ...]
+    residual: NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class ReplayedGrasp:
+    """A grasp of a result with its history.
+
+    Attributes:
+        grasp: The grasp as it stands in the result.
+        friction: Coulomb friction that it was planned for.
+        trace: Every accepted state of the search.
+        frames: The frames of the simulation that verified it, None when there was none.
+        initial_frames: The same for its mapped start.
     """
-    try:
-        document = json.loads(path.read_text())
-        document["hand"], document["object"]["id"], document["grasps"]
-    except (ValueError, TypeError, KeyError) as error:
-        raise ResultError(
-            f"{path} is no result document; give what `fingersplit plan --json` or the service wrote."
-        ) from error
-    return dict(document)
+
+    grasp: GraspResult
+    friction: float
+    trace: Trace
+    frames: SimulationFrames | None = None
+    initial_frames: SimulationFrames | None = None
+
+    @property
+    def curve(self) -> QualityCurve:
+        """How quality and residuals went."""
+        trace = self.trace
+        phases = tuple(PHASE_NAMES[phase] for phase in trace.phases.tolist())
+        return QualityCurve(trace.scores[:, QUALITY], phases, trace.residuals.max(axis=1))
 
 
 def replay(
-    document: dict[str, Any], rank: int, model: ObjectModel, hand: Hand, settings: PlannerSettings, friction: float
-) -> PlannedGrasp:
-    """Split the fingers again from the parallel grasp that a stored grasp came from.
+    result: PlanResult,
+    rank: int,
+    model: ObjectModel,
+    hand: Hand,
+    pieces: Callable[[], ConvexPieces] | None = None,
+) -> ReplayedGrasp:
+    """Run the search of one grasp again, and on request the simulations that verified it.
 
     Args:
-        document: A result document.
+        result: The result, just planned or read from a file.
         rank: Rank of the grasp, from 1.
-        model: The object it was planned for.
-        hand: The hand it was planned for.
-        settings: The settings it was planned with; documents do not hold them.
-        friction: The friction it was planned for.
-
-    Returns:
-        The same grasp, with its trace.
+        model: The object that it was planned for.
+        hand: The hand that it was planned for.
+        pieces: Gives the object as the simulation collides it, called when the grasp was verified; None to leave the
+            simulations out.
 
     Raises:
-        ResultError: No such rank, another object, or the grasp does not come out again.
+        ResultError: No such rank, another object or hand, or the grasp could not be reproduced.
+        SettingsError: The result names settings, protocols or controllers that this version does not know.
     """
-    if document["object"]["id"] != model.id:
-        raise ResultError(
-            f"The result is for the object {document['object']['id']}, not {model.id}; "
-            f"give the file it was planned for, and its unit."
-        )
-    stored = next((grasp for grasp in document["grasps"] if grasp["rank"] == rank), None)
-    if stored is None:
-        raise ResultError(f"The result has no grasp of rank {rank}; it has {len(document['grasps'])}.")
-    parallel_grasp = ParallelGrasp.from_document(stored["initial"]["parallel_grasp"])
-    joints = np.array([stored["joints"][name] for name in hand.joint_names])
-    for grasp in plan(model, hand, [parallel_grasp], starts=2, top_k=2, settings=settings, friction=friction).grasps:
-        if np.abs(grasp.run.final.joints - joints).max() < SAME:
-            return replace(grasp, rank=rank)
-    raise ResultError(
-        f"Rank {rank} does not come out again with these settings and this version; give the settings that it was "
-        f"planned with."
+    result.check_origin(model, hand)
+    grasp = result.grasp(rank)
+    run = _repeat_search(result, grasp, model, hand)
+    again = _Simulations(model, hand, pieces)
+    return ReplayedGrasp(
+        grasp=grasp,
+        friction=result.friction,
+        trace=run.trace,
+        frames=again.frames(grasp.verification, run.final),
+        initial_frames=again.frames(grasp.initial.verification, run.initial),
     )
+
+
+def _repeat_search(result: PlanResult, grasp: GraspResult, model: ObjectModel, hand: Hand) -> Run:
+    """The run from the grasp's parallel grasp, with either finger assignment, that ends in the grasp."""
+    settings = PlannerSettings.from_document(result.provenance.planner)
+    constraints = Constraints.from_document(result.provenance.constraints)
+    hand = attach_bodies(hand, constraints.end_effector.attached_bodies)
+    scene = prepare_scene(constraints, model, hand)
+    problem = build_problem(model, hand, settings, scene)
+    given = grasp.initial.parallel_grasp
+    parallel_grasp = ParallelGrasp(np.array(given.contacts), np.array(given.approach))
+    starts = choose_starts(problem, hand, [parallel_grasp], 2, threads=1, report=_silent)
+    first, last = grasp.initial.for_hand(hand).joints, grasp.for_hand(hand).joints
+    for run in split_starts(problem, model.patches, hand, starts, threads=1, report=_silent):
+        if np.abs(run.final.joints - last).max() < SAME and np.abs(run.initial.joints - first).max() < SAME:
+            return run
+    raise ResultError(
+        f"The grasp of rank {grasp.rank} could not be reproduced: the same search ends in another grasp here. It was "
+        f"planned by Fingersplit {result.provenance.software_version}, maybe on another kind of machine; plan again."
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Simulations:
+    """Simulates again what has a report."""
+
+    model: ObjectModel
+    hand: Hand
+    pieces: Callable[[], ConvexPieces] | None
+
+    def frames(self, report: Verification | None, grasp: Grasp) -> SimulationFrames | None:
+        if report is None or self.pieces is None:
+            return None
+        return repeat_simulation(report, grasp, self.hand, self.model, self.pieces()).frames
+
+
+def _silent(_stage: str, _share: float) -> None:
+    """Nobody waits for so little."""

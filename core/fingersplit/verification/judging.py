@@ -6,9 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingersplit.hands.hand import Hand
+from fingersplit.result.verification import BranchReport, PhaseReport, Reason
 from fingersplit.transforms import wxyz_from_rotation
+from fingersplit.verification.frames import SimulationFrames
 from fingersplit.verification.protocol import Branch, Phase, Protocol
-from fingersplit.verification.report import BranchReport, PhaseReport, Reason, Simulation
 from fingersplit.verification.simulation import SimulationTrack
 
 __all__ = ["is_decided", "judge_branch", "measure_phase", "phase_rows", "simulation_frames"]
@@ -83,8 +84,8 @@ def measure_phase(
             for finger, touches in zip(hand.fingers, np.any(track.touching[settled], axis=0).tolist(), strict=True)
             if not touches
         ),
-        contact_force=tuple(mean_force.tolist()),
-        load=tuple(load.tolist()),
+        contact_force=_vector(mean_force),
+        load=_vector(load),
         largest_force=float(np.linalg.norm(track.contact_forces[rows], axis=2).max()),
         largest_penetration=float(track.penetrations[rows].max()),
         saturated_joints=tuple(
@@ -106,7 +107,7 @@ def judge_branch(
 ) -> BranchReport:
     """Numbers of every phase of a branch, and the verdict on it; ``limited`` says whether torques cap the grip."""
     if not track.stable:
-        return BranchReport(branch.name, "unstable_simulation", ())
+        return BranchReport(branch.name, passed=False, reason="unstable_simulation", phases=())
     reports = tuple(
         measure_phase(
             hand, phase.name, track, rows, center, mass * (np.asarray(branch.gravity) + np.asarray(phase.pull))
@@ -115,7 +116,8 @@ def judge_branch(
             branch.phases, phase_rows(branch.phases, protocol.time_step, len(track.times)), strict=False
         )
     )
-    return BranchReport(branch.name, _verdict(protocol, reports, limited), reports)
+    reason = _verdict(protocol, reports, limited)
+    return BranchReport(branch.name, passed=reason == "held", reason=reason, phases=reports)
 
 
 def _verdict(protocol: Protocol, phases: tuple[PhaseReport, ...], limited: bool) -> Reason:
@@ -147,7 +149,7 @@ def simulation_frames(
     step: float,
     squeeze: SimulationTrack,
     branches: Sequence[tuple[Branch, SimulationTrack]],
-) -> Simulation:
+) -> SimulationFrames:
     """The tracks one after the other, in the world, thinned to ``FRAME_RATE``."""
     stretches = [("squeeze", squeeze, slice(0, len(squeeze.times)))]
     for branch, track in branches:
@@ -161,7 +163,7 @@ def simulation_frames(
         return np.concatenate([getattr(track, name)[rows] for track, rows in kept])
 
     frames, fingers, offsets = sum(counts), squeeze.touching.shape[1], column("palm_offsets")
-    simulation = Simulation(
+    thinned = SimulationFrames(
         times=np.arange(1, frames + 1, dtype=np.float64) * stride * step,
         phases=np.repeat(np.arange(len(kept)), counts),
         phase_names=tuple(name for name, _, _ in stretches),
@@ -173,7 +175,12 @@ def simulation_frames(
         contact_positions=column("contact_positions")[:, :fingers] + offsets[:, None],
         contact_forces=column("contact_forces")[:, :fingers],
     )
-    for name, array in vars(simulation).items():
+    for name, array in vars(thinned).items():
         if name != "phase_names":
             array.setflags(write=False)
-    return simulation
+    return thinned
+
+
+def _vector(values: NDArray[np.float64]) -> tuple[float, float, float]:
+    x, y, z = values.tolist()
+    return x, y, z

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from functools import lru_cache, partial
 from threading import local
 from time import perf_counter
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
@@ -17,18 +18,33 @@ from fingersplit.grasp import Grasp
 from fingersplit.hands.hand import Hand
 from fingersplit.objects.convex_pieces import ConvexPieces
 from fingersplit.objects.model import ObjectModel
+from fingersplit.result.verification import (
+    BranchReport,
+    GripReport,
+    PhaseReport,
+    Reason,
+    Verification,
+    explanation,
+)
 from fingersplit.verification.controllers import Controller, load_controller
+from fingersplit.verification.frames import SimulationFrames
 from fingersplit.verification.judging import is_decided, judge_branch, measure_phase, simulation_frames
 from fingersplit.verification.protocol import REFERENCE_FRICTION, Phase, Protocol
 from fingersplit.verification.protocols import load_protocol
-from fingersplit.verification.report import BranchReport, PhaseReport, Reason, Simulation, Verification
 from fingersplit.verification.scene import Scene
 from fingersplit.verification.simulation import run_branches, run_squeeze
 
-__all__ = ["verify"]
+__all__ = ["Simulated", "repeat_simulation", "simulate", "verify"]
 
 SIMULATOR = f"MuJoCo {mujoco.__version__}"
 SCENES_KEPT = 4
+
+
+class Simulated(NamedTuple):
+    """The report of a verification, and what happened frame by frame; None where nothing was simulated."""
+
+    report: Verification
+    frames: SimulationFrames | None
 
 
 def verify(
@@ -64,6 +80,34 @@ def verify(
     Raises:
         SettingsError: An unknown protocol or controller, or a friction or mass out of range.
     """
+    return simulate(
+        grasp,
+        hand,
+        model,
+        pieces,
+        protocol,
+        friction=friction,
+        planned_friction=planned_friction,
+        mass=mass,
+        controller=controller,
+        threads=threads,
+    ).report
+
+
+def simulate(
+    grasp: Grasp,
+    hand: Hand,
+    model: ObjectModel,
+    pieces: ConvexPieces,
+    protocol: str | Protocol = "lift",
+    *,
+    friction: float | Sequence[float] = DEFAULT_FRICTION,
+    planned_friction: float = DEFAULT_FRICTION,
+    mass: float | None = None,
+    controller: str | Controller = "virtual_frame",
+    threads: int = 1,
+) -> Simulated:
+    """What ``verify`` does, with the frames of the simulation; arguments and errors are the same."""
     began = perf_counter()
     protocol = load_protocol(protocol) if isinstance(protocol, str) else protocol
     controller = load_controller(controller) if isinstance(controller, str) else controller
@@ -85,9 +129,11 @@ def verify(
         outcome = _Outcome("initial_penetration")
     else:
         outcome = _simulate(scene, grasp, protocol, controller, grip, threads)
-    return Verification(
+    report = Verification(
         protocol=protocol.name,
+        passed=outcome.reason == "held",
         reason=outcome.reason,
+        explanation=explanation(outcome.reason),
         simulator=SIMULATOR,
         settings={
             "protocol": protocol.to_document(),
@@ -101,12 +147,41 @@ def verify(
             "solver": scene.solver_document(),
         },
         initial_penetration=penetration,
-        grip=grip,
+        grip=_grip_report(grip),
         squeeze=outcome.squeeze,
         branches=outcome.branches,
-        simulation=outcome.simulation,
-        seconds=perf_counter() - began,
+        time_ms=1e3 * (perf_counter() - began),
     )
+    return Simulated(report, outcome.frames)
+
+
+def repeat_simulation(
+    report: Verification, grasp: Grasp, hand: Hand, model: ObjectModel, pieces: ConvexPieces
+) -> Simulated:
+    """Simulate a grasp again by the protocol, controller, friction and mass of an earlier report.
+
+    Raises:
+        SettingsError: The report names a protocol, a controller or one of their numbers that this version does not
+            know.
+    """
+    settings = report.settings
+    controller = dict(settings["controller"])
+    return simulate(
+        grasp,
+        hand,
+        model,
+        pieces,
+        load_protocol(report.protocol, settings["protocol"]),
+        friction=settings["friction"],
+        planned_friction=settings["planned_friction"],
+        mass=settings["mass"],
+        controller=load_controller(controller.pop("name"), controller),
+    )
+
+
+def _grip_report(grip: Grip) -> GripReport:
+    forces = [(x, y, z) for x, y, z in grip.forces.tolist()]
+    return GripReport(forces=tuple(forces), violation=grip.violation, limited=grip.limited)
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,7 +189,7 @@ class _Outcome:
     reason: Reason
     squeeze: PhaseReport | None = None
     branches: tuple[BranchReport, ...] = ()
-    simulation: Simulation | None = None
+    frames: SimulationFrames | None = None
 
 
 def _simulate(

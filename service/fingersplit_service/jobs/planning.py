@@ -15,7 +15,9 @@ from fingersplit_service.jobs.worker import report_progress
 from fingersplit_service.storage import Storage
 
 if TYPE_CHECKING:
-    from fingersplit.planning.plan import Plan
+    from fingersplit.hands.hand import Hand
+    from fingersplit.objects.model import ObjectModel
+    from fingersplit.result.plan import PlanResult
 
 __all__ = ["PlanTask", "plan_job", "strict_json"]
 
@@ -48,12 +50,12 @@ def plan_job(storage: Storage, task: PlanTask) -> JobOutcome:
     request = task.request
     verify_until = time.monotonic() + _SHARE_OF_DEADLINE * task.deadline_s
     report_progress("preparing", 0.0)
-    model = prepared_object(storage, request.object_id, task.object_name)
+    model, hand = prepared_object(storage, request.object_id, task.object_name), load_hand(request.hand)
     settings, friction = planner_settings(request.planner)
     given = request.parallel_grasps
     planned = plan(
         model,
-        load_hand(request.hand),
+        hand,
         None if given is None else [ParallelGrasp.from_document(grasp.model_dump()) for grasp in given],
         source=request.source,
         starts=request.starts,
@@ -64,19 +66,23 @@ def plan_job(storage: Storage, task: PlanTask) -> JobOutcome:
         progress=report_progress,
     )
     if request.verified:
-        planned = _verify(storage, planned, request, verify_until)
-    return _outcome(planned.to_document())
+        planned = _verify(storage, planned, model, hand, request, verify_until)
+    return _outcome(planned.to_dict())
 
 
-def _verify(storage: Storage, planned: "Plan", request: JobCreate, until: float) -> "Plan":
+def _verify(
+    storage: Storage, planned: "PlanResult", model: "ObjectModel", hand: "Hand", request: JobCreate, until: float
+) -> "PlanResult":
     """Simulate ranked grasps until as many have held as the job asks for, or the monotonic clock says ``until``."""
-    from fingersplit.planning.proving import prove
+    from fingersplit.verification import verify_ranked
 
     report_progress("convex_pieces", 0.0)
     pieces = convex_pieces(storage, request.object_id)
     report_progress("verifying", 0.0)
-    return prove(
+    return verify_ranked(
         planned,
+        model,
+        hand,
         pieces,
         verified=request.verified,
         protocol=request.protocol,

@@ -7,13 +7,11 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
 from fingersplit_client.schemas import JobCreate
-from fingersplit_service.jobs.replaying import replay_grasp
-from fingersplit_service.jobs.stored_objects import prepared_object
+from fingersplit_service.jobs.stored_objects import convex_pieces, prepared_object
 from fingersplit_service.storage import Storage
 
 if TYPE_CHECKING:
-    from fingersplit.recording.recorded_run import RecordedRun
-    from fingersplit.recording.scene import GraspView
+    from fingersplit.recording.replay import ReplayedGrasp
 
 __all__ = [
     "ExportedFile",
@@ -71,48 +69,46 @@ def convert_result(result: str, format_name: str, rank: int | None) -> ExportedF
 
     Raises:
         ExchangeError: The result has no grasp to write.
+        ResultError: The result is of another version, or has no such rank.
     """
     from fingersplit.formats import EXPORT_FORMATS, export
+    from fingersplit.result import PlanResult
 
-    chosen = EXPORT_FORMATS[format_name]
-    return ExportedFile(export(json.loads(result), format_name, rank=rank), chosen.suffix, chosen.media_type)
+    chosen, stored = EXPORT_FORMATS[format_name], PlanResult.from_dict(json.loads(result))
+    return ExportedFile(export(stored, format_name, rank=rank), chosen.suffix, chosen.media_type)
 
 
 def render_view(storage: Storage, task: RenderTask) -> None:
-    """Make what somebody wants to look at; the job's folder must be there.
+    """Make what somebody wants to look at, from the stored result alone; the job's folder must be there.
 
     Raises:
-        ResultError: The grasp could not be reproduced.
+        ResultError: The result is of another version, or the grasp could not be reproduced.
         FileNotFoundError: The job was deleted meanwhile.
     """
     from fingersplit.hands.hand import load_hand
-    from fingersplit.recording.moving_picture import draw_moving_picture, draw_thumbnail
-    from fingersplit.recording.picture import QualityCurve, draw_grasp
+    from fingersplit.recording.pictures import draw_animation, draw_picture, draw_thumbnail
+    from fingersplit.recording.replay import replay
+    from fingersplit.result import PlanResult
 
-    model, hand = prepared_object(storage, task.request.object_id, task.object_name), load_hand(task.request.hand)
-    simulate = task.name == "recording.rrd"
-    run = replay_grasp(storage, model, hand, task.request, task.result, task.rank, simulate=simulate)
-    last = len(run.trace) - 1
+    object_id, result = task.request.object_id, PlanResult.from_dict(json.loads(task.result))
+    model = prepared_object(storage, object_id, task.object_name)
+    hand = result.active_grip(load_hand(result.hand))
+    pieces = (lambda: convex_pieces(storage, object_id)) if task.name == "recording.rrd" else None
+    replayed = replay(result, task.rank, model, hand, pieces)
     with storage.atomic(storage.view(task.job_id, task.rank, task.name), durable=False, make_folder=False) as staged:
         match task.name:
             case "picture.png":
-                phases, quality, residual = _curve(run)
-                states = _state(run, 0), _state(run, last)
-                title = f"{model.name}, {hand.name} hand, {run.title}"
-                curve = QualityCurve(quality=quality, phases=phases, residual=residual)
-                draw_grasp(staged, mesh=model.mesh, hand=hand, states=states, curve=curve, title=title)
+                draw_picture(staged, replayed, model, hand)
             case "thumbnail.webp":
-                draw_thumbnail(staged, model.mesh, hand, _state(run, last))
+                draw_thumbnail(staged, replayed.grasp.for_hand(hand), model, hand)
             case "animation.webp":
-                draw_moving_picture(staged, model.mesh, hand, [_state(run, row) for row in range(last + 1)])
+                draw_animation(staged, replayed, model, hand)
             case "curve.json":
-                phases, quality, residual = _curve(run)
-                document = {"phases": phases, "quality": quality.tolist(), "residual": residual.tolist()}
-                staged.write_text(json.dumps(document))
+                staged.write_text(_curve(replayed))
             case "recording.rrd":
                 from fingersplit.recording.run_recording import write_recording  # loads rerun: only who records
 
-                write_recording(staged, model, hand, run, json.loads(task.result).get("friction"))
+                write_recording(staged, replayed, model, hand)
 
 
 def render_in_advance(render: Callable[[Storage, RenderTask], None], storage: Storage, task: RenderTask) -> None:
@@ -123,16 +119,8 @@ def render_in_advance(render: Callable[[Storage, RenderTask], None], storage: St
             render(storage, task)
 
 
-def _curve(run: "RecordedRun") -> tuple[list[str], Any, Any]:
-    """Phase, quality and largest residual [m] of every accepted state."""
-    from fingersplit.splitting.trace import PHASE_NAMES, QUALITY
-
-    trace = run.trace
-    return [PHASE_NAMES[phase] for phase in trace.phases], trace.scores[:, QUALITY], trace.residuals.max(axis=1)
-
-
-def _state(run: "RecordedRun", row: int) -> "GraspView":
-    from fingersplit.recording.scene import GraspView
-
-    trace = run.trace
-    return GraspView(trace.object_from_palm(row), trace.joints[row], trace.contacts[row], trace.normals[row])
+def _curve(replayed: "ReplayedGrasp") -> str:
+    """Phase, quality and largest residual [m] of every accepted state, JSON."""
+    curve = replayed.curve
+    document = {"phases": curve.phases, "quality": curve.quality.tolist(), "residual": curve.residual.tolist()}
+    return json.dumps(document)

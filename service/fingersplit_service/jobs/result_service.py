@@ -109,7 +109,7 @@ class ResultService:
         arguments = self._functions.convert, job.result, format_name, rank
         try:
             return await self._pool.answer(owner, *arguments, deadline_s=self._settings.picture_deadline_s)
-        except ExchangeError as error:
+        except (ExchangeError, ResultError) as error:
             raise InvalidField("/format_name", str(error)) from error
 
     async def _ended(self, owner: str, job_id: str) -> JobView:

@@ -5,7 +5,7 @@ import pytest
 
 from fingersplit.feasibility.penetration_kernel import ACCURACY, exact_penetration
 from fingersplit.objects.scatter import scatter
-from fingersplit.planning.planning import plan
+from fingersplit.planning.search import find_grasps
 from fingersplit.splitting.collision_kernel import measure_clearances
 from fingersplit.transforms import pose_matrix, wxyz_from_rotation
 
@@ -20,7 +20,7 @@ def near_grasps(barrett, mujoco_barrett, prepared, posed_state):
     for name in ("mug", "l_bracket"):
         model, rng = prepared(name), np.random.default_rng(0)
         triangles = model.mesh.vertices[model.mesh.faces]
-        for run in plan(model, barrett, starts=16, seed=4).runs:
+        for run in find_grasps(model, barrett, starts=16, seed=4).runs:
             object_from_palm = run.final.object_from_palm.copy()
             object_from_palm[:3, 3] += rng.uniform(-2e-3, 2e-3, 3)
             joints = dict(zip(barrett.joint_names, run.final.joints, strict=True))
@@ -66,7 +66,7 @@ def test_no_feasible_run_lies_deeper_than_allowed(every_object, barrett, mujoco_
     """Of all runs, not only of those that are returned; the exact search, which is slow, is for three of them."""
     points, _ = scatter(every_object.mesh, 100_000, np.random.default_rng(5))
     triangles, deepest, looked_at = every_object.mesh.vertices[every_object.mesh.faces], 0.0, 0
-    for run in plan(every_object, barrett, starts=32, seed=7).runs:
+    for run in find_grasps(every_object, barrett, starts=32, seed=7).runs:
         if run.feasible:
             palm = run.final.object_from_palm
             joints = dict(zip(barrett.joint_names, run.final.joints, strict=True))

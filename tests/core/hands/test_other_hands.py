@@ -113,12 +113,12 @@ def test_four_fingers_are_planned_for(own_hand, prepared):
     hand = own_hand(hand_mjcf())
     planned = plan(prepared("sphere"), hand, starts=16, seed=1)
     assert planned.feasible > 0
-    document = planned.to_document()["grasps"][0]
-    assert [contact["finger"] for contact in document["contacts"]] == list(ACTIVE)
-    assert set(document["joints"]) == set(hand.joint_names)
-    run = planned.grasps[0].run
-    np.testing.assert_allclose(np.linalg.norm(run.final.contacts, axis=1), 0.035, atol=0.3e-3)
-    pads = hand.pose(run.final.joints, run.final.object_from_palm).pads[: len(FINGERS)]
+    best = planned.grasps[0]
+    assert [contact.finger for contact in best.contacts] == list(ACTIVE)
+    assert set(best.joints) == set(hand.joint_names)
+    grasp = best.for_hand(hand)
+    np.testing.assert_allclose(np.linalg.norm(grasp.contacts, axis=1), 0.035, atol=0.3e-3)
+    pads = hand.pose(grasp.joints, grasp.object_from_palm).pads[: len(FINGERS)]
     np.testing.assert_allclose(np.linalg.norm(pads, axis=1), 0.035 + 0.006, atol=0.6e-3)
 
 
@@ -128,7 +128,7 @@ def test_three_fingers_hold_while_the_fourth_is_parked(own_hand, prepared):
     hand = own_hand(hand_mjcf(), described)
     planned = plan(prepared("sphere"), hand, starts=16, seed=1)
     assert planned.feasible > 0
-    best = planned.to_document()["grasps"][0]
+    best = planned.to_dict()["grasps"][0]
     assert [contact["finger"] for contact in best["contacts"]] == ["first", "third", "thumb"]
     assert best["joints"]["second_0"] == -0.4
     assert {best["joints"][f"second_{j}"] for j in (1, 2, 3)} == {0.0}

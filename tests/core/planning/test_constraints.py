@@ -8,7 +8,7 @@ import pytest
 from fingersplit.hands.hand import load_hand
 from fingersplit.objects.parametric import PARAMETRIC_OBJECTS
 from fingersplit.objects.preparing import prepare_object
-from fingersplit.planning.planning import plan
+from fingersplit.planning.search import find_grasps
 from fingersplit.scene import (
     Approach,
     ApproachCone,
@@ -45,7 +45,7 @@ def table_scene(name):
 
 
 def feasible(name, constraints, starts=24):
-    return [run for run in plan(model(name), HAND, starts=starts, constraints=constraints).runs if run.feasible]
+    return [run for run in find_grasps(model(name), HAND, starts=starts, constraints=constraints).runs if run.feasible]
 
 
 @cache
@@ -191,23 +191,23 @@ def test_a_way_in_is_required_unless_a_request_says_otherwise():
 
 def test_what_forbids_everything_is_told():
     closed = Scene(object_pose=Pose(), obstacles=(Obstacle("block", Pose(), Primitive.box(1, 1, 1)),))
-    found = plan(model("box"), HAND, starts=8, constraints=Constraints(closed))
+    found = find_grasps(model("box"), HAND, starts=8, constraints=Constraints(closed))
     assert found.feasible == 0
     assert found.message
     none = ContactRegions(forbidden=(Region("sphere", radius=10.0),))
-    found = plan(model("box"), HAND, starts=8, constraints=Constraints(contact_regions=none))
+    found = find_grasps(model("box"), HAND, starts=8, constraints=Constraints(contact_regions=none))
     assert found.feasible == 0
 
 
 def test_a_plan_with_a_scene_comes_out_again():
     constraints = Constraints(table_scene("mug"))
-    first, again = (plan(model("mug"), HAND, starts=16, constraints=constraints, threads=t) for t in (1, 2))
+    first, again = (find_grasps(model("mug"), HAND, starts=16, constraints=constraints, threads=t) for t in (1, 2))
     assert list(map(outcome, first.runs)) == list(map(outcome, again.runs))
 
 
 def test_a_scene_that_is_out_of_reach_changes_nothing():
     far = Scene(object_pose=Pose(), obstacles=(Obstacle("far", Pose((5, 5, 5)), Primitive.sphere(0.1)),))
-    first, again = (plan(model("mug"), HAND, starts=16, constraints=c) for c in (None, Constraints(far)))
+    first, again = (find_grasps(model("mug"), HAND, starts=16, constraints=c) for c in (None, Constraints(far)))
     assert list(map(outcome, first.runs)) == list(map(outcome, again.runs))
 
 
@@ -228,6 +228,6 @@ def test_relaxing_a_constraint_loses_no_only_grasp(name):
 
 def test_blocked_ways_name_what_blocks_them():
     scene = table_scene("mug")
-    runs = plan(model("mug"), HAND, starts=48, constraints=Constraints(scene)).runs
+    runs = find_grasps(model("mug"), HAND, starts=48, constraints=Constraints(scene)).runs
     sentences = [" ".join(run.violations) for run in runs if run.termination == Termination.NO_FREE_APPROACH]
     assert any("'table'" in sentence for sentence in sentences)

@@ -33,9 +33,9 @@ def test_links_are_posed_as_the_hand_poses_their_shapes(barrett):
                 np.testing.assert_allclose(pose_matrix(rotation, center), expected[shape], atol=1e-12)
 
 
-def test_hits_are_all_the_collision_points_inside_a_shape(barrett):
+def test_found_points_are_all_the_collision_points_inside_a_shape(barrett):
     model, rng = prepare_object(cylinder(), "cylinder"), np.random.default_rng(6)
-    final = plan(model, barrett, starts=8, top_k=1, seed=3).grasps[0].run.final
+    final = plan(model, barrett, starts=8, top_k=1, seed=3).grasps[0].for_hand(barrett)
     states = [final.joints + rng.normal(scale=0.2, size=len(barrett.joint_names)) for _ in "1234"]
     palm = final.object_from_palm
     places = palm[:3, 3] + rng.normal(scale=0.02, size=(len(states), 3))

@@ -1,6 +1,5 @@
 """Recordings, read back from the file: entities, rows, values, and rerun's own check."""
 
-import json
 import subprocess
 import sys
 from dataclasses import fields, replace
@@ -19,13 +18,12 @@ from fingersplit.objects.parametric import cylinder
 from fingersplit.objects.preparing import prepare_object
 from fingersplit.planning.planning import plan
 from fingersplit.recording.posing import hand_links
-from fingersplit.recording.recorded_run import RecordedRun
-from fingersplit.recording.run_recording import record_run, write_recording
-from fingersplit.recording.traces_file import save_traces
+from fingersplit.recording.replay import replay
+from fingersplit.recording.run_recording import write_recording
 from fingersplit.splitting.trace import PHASE_NAMES, QUALITY
 from fingersplit.splitting.trace_kernel import CPO
 from fingersplit.transforms import wxyz_from_rotation
-from fingersplit.verification import Simulation, verify
+from fingersplit.verification import SimulationFrames, simulate
 
 FRAMES = 40
 
@@ -70,39 +68,49 @@ class Recording:
 
 
 @pytest.fixture(scope="module")
-def planned(barrett):
-    return plan(prepare_object(cylinder(), "cylinder"), barrett, starts=16, top_k=3, seed=3)
+def model():
+    return prepare_object(cylinder(), "cylinder")
 
 
 @pytest.fixture(scope="module")
-def recording(planned, barrett, tmp_path_factory):
+def planned(model, barrett):
+    return plan(model, barrett, starts=16, top_k=3, seed=3)
+
+
+@pytest.fixture(scope="module")
+def replayed(planned, model, barrett):
+    return replay(planned, 1, model, barrett)
+
+
+@pytest.fixture(scope="module")
+def recording(replayed, model, barrett, tmp_path_factory):
     path = tmp_path_factory.mktemp("recording") / "run.rrd"
-    record_run(path, planned.model, barrett, planned.grasps[0])
+    write_recording(path, replayed, model, barrett)
     return Recording(path)
 
 
-def simulated(grasp, *, drops, frames=FRAMES):
+def simulated(final, *, drops, frames=FRAMES):
     """A series as the verification gives it: lifted by 0.1 m, in the second half dropped or held."""
     times, height = np.arange(frames) / 100, np.linspace(0, 0.1, frames)
     up = np.outer(height, (0, 0, 1))
     held = np.ones(frames) if not drops else (np.arange(frames) < frames // 2).astype(float)
-    forces = -2.0 * grasp.run.final.normals * held[:, None, None]
-    return Simulation(
+    forces = -2.0 * final.normals * held[:, None, None]
+    return SimulationFrames(
         times=times,
         phases=(np.arange(frames) >= frames // 2).astype(np.int64),
         phase_names=("squeeze", "lift"),
-        palm_positions=grasp.run.final.object_from_palm[:3, 3] + up,
-        palm_wxyz=np.tile(wxyz_from_rotation(grasp.run.final.object_from_palm[:3, :3]), (frames, 1)),
-        joints=np.tile(grasp.run.final.joints, (frames, 1)),
+        palm_positions=final.object_from_palm[:3, 3] + up,
+        palm_wxyz=np.tile(wxyz_from_rotation(final.object_from_palm[:3, :3]), (frames, 1)),
+        joints=np.tile(final.joints, (frames, 1)),
         object_positions=up * held[:, None],
         object_wxyz=np.tile((1.0, 0.0, 0.0, 0.0), (frames, 1)),
-        contact_positions=grasp.run.final.contacts + up[:, None],
+        contact_positions=final.contacts + up[:, None],
         contact_forces=forces,
     )
 
 
-def test_every_state_is_a_row_and_the_curve_is_that_of_the_trace(recording, planned):
-    trace = planned.grasps[0].run.trace
+def test_every_state_is_a_row_and_the_curve_is_that_of_the_trace(recording, replayed):
+    trace = replayed.trace
     steps, quality = recording.scalars("/quality/Q")
     np.testing.assert_array_equal(steps, np.arange(len(trace)))
     np.testing.assert_array_equal(quality, trace.scores[:, QUALITY])
@@ -115,8 +123,8 @@ def test_every_state_is_a_row_and_the_curve_is_that_of_the_trace(recording, plan
     assert recording.rows("/quality/Q", "scalars", "iteration")[0] == steps.tolist()
 
 
-def test_the_last_pose_is_the_planned_grasp(recording, planned, barrett):
-    final = planned.grasps[0].run.final
+def test_the_last_pose_is_the_planned_grasp(recording, replayed, barrett):
+    final = replayed.grasp.for_hand(barrett)
     meshes = [vertices for _, vertices, _ in barrett.posed_meshes(final.joints)]
     assert sorted(shape for link in hand_links(barrett) for shape in link.shapes) == list(range(len(meshes)))
     for link in hand_links(barrett):
@@ -132,12 +140,11 @@ def test_the_last_pose_is_the_planned_grasp(recording, planned, barrett):
         np.testing.assert_allclose(np.sort(np.ptp(placed, axis=0)), np.sort(np.ptp(expected, axis=0)), atol=1e-6)
         np.testing.assert_allclose(placed.min(axis=0), expected.min(axis=0), atol=1e-6)
     contacts = recording.rows("/world/contacts", "positions")[1][-1]
-    np.testing.assert_allclose(contacts, planned.grasps[0].run.trace.contacts[-1], atol=1e-7)
+    np.testing.assert_allclose(contacts, replayed.trace.contacts[-1], atol=1e-7)
 
 
-def test_tangent_and_reference_steps_stand_on_the_rows_of_cpo_only(recording, planned):
-    grasp = planned.grasps[0]
-    trace = grasp.run.trace
+def test_tangent_and_reference_steps_stand_on_the_rows_of_cpo_only(recording, replayed, model):
+    trace = replayed.trace
     steps, arrows = recording.rows("/world/cpo/tangent_steps", "vectors")
     references = recording.rows("/world/cpo/reference_points", "positions")[1]
     assert steps == list(range(len(trace)))
@@ -149,20 +156,19 @@ def test_tangent_and_reference_steps_stand_on_the_rows_of_cpo_only(recording, pl
             tangent = np.abs((trace.contact_steps[row] * trace.normals[row - 1]).sum(axis=1))
             assert tangent.max() < 1e-9
             reached = trace.contacts[row - 1] + trace.contact_steps[row]
-            nearest = planned.model.mesh.trimesh.nearest.on_surface(reached)[0]
+            nearest = model.mesh.trimesh.nearest.on_surface(reached)[0]
             np.testing.assert_allclose(references[row], nearest, atol=1e-3)  # samples, not triangles
 
 
-def test_points_in_collision_are_inside_the_hand(planned, barrett, tmp_path):
-    grasp = planned.grasps[0]
-    trace = grasp.run.trace
+def test_points_in_collision_are_inside_the_hand(replayed, model, barrett, tmp_path):
+    trace = replayed.trace
     pushed = np.array(trace.palm_positions)
-    pushed[-1] = planned.model.center_of_mass - trace.palm_rotations[-1] @ (0, 0, 0.04)  # the palm stands in the object
+    pushed[-1] = model.center_of_mass - trace.palm_rotations[-1] @ (0, 0, 0.04)  # the palm stands in the object
     scores = np.array(trace.scores)
     scores[:, 3] = 0.0
     scores[-1, 3] = 0.02
-    run = replace(RecordedRun.from_planned(grasp, barrett), trace=replace(trace, palm_positions=pushed, scores=scores))
-    write_recording(tmp_path / "run.rrd", planned.model, barrett, run)
+    changed = replace(replayed, trace=replace(trace, palm_positions=pushed, scores=scores))
+    write_recording(tmp_path / "run.rrd", changed, model, barrett)
     rows = Recording(tmp_path / "run.rrd").rows("/world/collision_points", "positions")[1]
     assert all(len(row) == 0 for row in rows[:-1])
     in_palm = (np.array(rows[-1]) - pushed[-1]) @ trace.palm_rotations[-1]
@@ -170,9 +176,8 @@ def test_points_in_collision_are_inside_the_hand(planned, barrett, tmp_path):
     assert base.sum() > 50
 
 
-def test_metrics_of_rows_are_those_of_the_grasp_metrics(recording, planned):
-    grasp, model = planned.grasps[0], planned.model
-    trace = grasp.run.trace
+def test_metrics_of_rows_are_those_of_the_grasp_metrics(recording, replayed, model):
+    trace = replayed.trace
     isotropies, volumes = recording.scalars("/metrics/Q_iso")[1], recording.scalars("/metrics/Q_vol")[1]
     for row in (0, len(trace) // 2, len(trace) - 1):
         space = WrenchSpace(trace.contacts[row], trace.normals[row], 0.6, model.center_of_mass, model.radius)
@@ -200,37 +205,36 @@ def test_every_number_is_finite(recording):
     assert numbers > 10_000
 
 
-def test_the_log_says_how_it_went_and_ended(recording, planned):
-    grasp = planned.grasps[0]
+def test_the_log_says_how_it_went_and_ended(recording, replayed):
     steps, texts = recording.rows("/log", "text")
     said = [text for row in texts for text in row]
     assert said[0].startswith("Mapped start")
-    assert steps[-1] == len(grasp.run.trace) - 1
-    assert grasp.run.termination.advice in said[-1]
+    assert steps[-1] == len(replayed.trace) - 1
+    assert replayed.grasp.advice in said[-1]
     assert sum(text.startswith("CPO") for text in said) >= 1
     states = [state for row in recording.rows("/phase", "state")[1] for state in row]
     assert states[:2] == ["map", "cpo"]
 
 
-def test_the_lift_goes_on_after_the_planning_with_both_grasps_side_by_side(planned, barrett, tmp_path):
-    grasp = planned.grasps[0]
-    states, path = len(grasp.run.trace), tmp_path / "lift.rrd"
-    document = RecordedRun.from_planned(grasp, barrett).document
-    run = RecordedRun(
-        trace=grasp.run.trace,
-        document=document | {"verification": {"passed": True, "protocol": "lift", "explanation": "Held."}},
-        simulation=simulated(grasp, drops=False),
-        initial_simulation=simulated(grasp, drops=True, frames=FRAMES // 2 + 5),
-        initial_report={"passed": False, "protocol": "lift", "explanation": "The object slipped."},
+def test_the_simulation_goes_on_after_the_planning_with_both_grasps_side_by_side(replayed, model, barrett, tmp_path):
+    states, path, final = len(replayed.trace), tmp_path / "lift.rrd", replayed.grasp.for_hand(barrett)
+    report = simulate(final, barrett, model, decompose(model.mesh)).report
+    slipped = replace(report, passed=False, reason="slipped", explanation="The object slipped.")
+    initial = replace(replayed.grasp.initial, verification=slipped)
+    run = replace(
+        replayed,
+        grasp=replace(replayed.grasp, verification=replace(report, explanation="Held."), initial=initial),
+        frames=simulated(final, drops=False),
+        initial_frames=simulated(final, drops=True, frames=FRAMES // 2 + 5),
     )
-    write_recording(path, planned.model, barrett, run)
+    write_recording(path, run, model, barrett)
     recording = Recording(path)
     steps, places = recording.rows("/world/object", "translations")
     assert steps == [0, *range(states, states + FRAMES)]
     assert {len(place) for place in places} == {2}  # split, and initial beside it
     split, beside = np.array(places[-1])
     np.testing.assert_allclose(split, (0, 0, 0.1), atol=1e-7)
-    assert np.linalg.norm(beside[:2]) > 2 * planned.model.radius
+    assert np.linalg.norm(beside[:2]) > 2 * model.radius
     assert beside[2] == pytest.approx(0)
     palm_rows = recording.rows("/world/hand/palm", "translations")[0]
     assert palm_rows == list(range(states + FRAMES))
@@ -238,56 +242,31 @@ def test_the_lift_goes_on_after_the_planning_with_both_grasps_side_by_side(plann
     assert [len(row) for row in arrows] == [3] * FRAMES
     dropped = recording.rows("/world/forces/initial", "vectors")[1]
     assert len(dropped[-1]) == 0
-    assert recording.scalars("/lift/force_N/split/finger1")[1].max() == pytest.approx(2.0)
-    assert recording.scalars("/lift/slip_mm/split")[1].max() < 1e-6
-    assert recording.scalars("/lift/slip_mm/initial")[1].max() > 10
-    times = recording.rows("/lift/slip_mm/split", "scalars", "sim_time")[0]
+    assert recording.scalars("/simulation/force_N/split/finger1")[1].max() == pytest.approx(2.0)
+    assert recording.scalars("/simulation/slip_mm/split")[1].max() < 1e-6
+    assert recording.scalars("/simulation/slip_mm/initial")[1].max() > 10
+    times = recording.rows("/simulation/slip_mm/split", "scalars", "sim_time")[0]
     np.testing.assert_allclose(np.array(times) / 1e9, np.arange(FRAMES) / 100, atol=1e-9)
     said = [text for row in recording.rows("/log", "text")[1] for text in row]
     assert said[-2] == "Split grasp: held (lift). Held."
     assert said[-1] == "Parallel grasp: not held (lift). The object slipped."
 
 
-def test_an_unstable_simulation_is_shown_up_to_its_first_bad_frame(planned, barrett, tmp_path):
-    grasp = planned.grasps[0]
-    series = simulated(grasp, drops=False)
+def test_an_unstable_simulation_is_shown_up_to_its_first_bad_frame(replayed, model, barrett, tmp_path):
+    series = simulated(replayed.grasp.for_hand(barrett), drops=False)
     series.object_positions[FRAMES // 2] = np.nan
-    run = replace(RecordedRun.from_planned(grasp, barrett), simulation=series)
-    write_recording(tmp_path / "run.rrd", planned.model, barrett, run)
-    assert len(Recording(tmp_path / "run.rrd").scalars("/lift/slip_mm/split")[0]) == FRAMES // 2
+    write_recording(tmp_path / "run.rrd", replace(replayed, frames=series), model, barrett)
+    assert len(Recording(tmp_path / "run.rrd").scalars("/simulation/slip_mm/split")[0]) == FRAMES // 2
 
 
-def test_a_recording_from_stored_traces_is_the_same(planned, barrett, recording, tmp_path):
-    pieces = decompose(planned.model.mesh)
-    report = verify(planned.grasps[0].run.initial, barrett, planned.model, pieces, "lift")
-    simulation = report.simulation
-    proven = replace(planned, grasps=(replace(planned.grasps[0], initial_verification=report), *planned.grasps[1:]))
-    save_traces(proven, json.dumps(proven.to_document()), tmp_path / "traces.npz")
-    stored = RecordedRun.from_file(tmp_path / "traces.npz", 1)
-    fresh = RecordedRun.from_planned(proven.grasps[0], barrett)
-    assert stored.document == fresh.document
-    assert stored.initial_report == fresh.initial_report
-    for column in fields(fresh.trace):
-        np.testing.assert_array_equal(getattr(stored.trace, column.name), getattr(fresh.trace, column.name))
-    assert stored.simulation is None
-    for column in fields(simulation):
-        np.testing.assert_array_equal(getattr(stored.initial_simulation, column.name), getattr(simulation, column.name))
-    assert RecordedRun.from_file(tmp_path / "traces.npz", 2).initial_simulation is None
-    stored = replace(stored, initial_simulation=None)
-    write_recording(tmp_path / "run.rrd", planned.model, barrett, stored)
-    assert Recording(tmp_path / "run.rrd").entities == recording.entities
-    with pytest.raises(KeyError):
-        RecordedRun.from_file(tmp_path / "traces.npz", 9)
-
-
-def test_many_states_of_a_large_object_with_its_lift_are_a_small_file(barrett, tmp_path):
+def test_many_states_of_a_large_object_with_its_simulation_are_a_small_file(barrett, tmp_path):
     model = prepare_object(cylinder(), "cylinder")
-    grasp = plan(model, barrett, starts=8, top_k=1, seed=3).grasps[0]
-    steps = np.linspace(0, len(grasp.run.trace) - 1, 121).round().astype(int)
-    trace = type(grasp.run.trace)(**{c.name: getattr(grasp.run.trace, c.name)[steps] for c in fields(grasp.run.trace)})
-    fine, run = replace(model, mesh=uneven_sphere(20_000)), RecordedRun.from_planned(grasp, barrett)
-    run = replace(run, trace=trace, simulation=simulated(grasp, drops=False, frames=250))
-    write_recording(tmp_path / "run.rrd", fine, barrett, run)
+    run = replay(plan(model, barrett, starts=8, top_k=1, seed=3), 1, model, barrett)
+    steps = np.linspace(0, len(run.trace) - 1, 121).round().astype(int)
+    trace = type(run.trace)(**{c.name: getattr(run.trace, c.name)[steps] for c in fields(run.trace)})
+    series = simulated(run.grasp.for_hand(barrett), drops=False, frames=250)
+    fine = replace(model, mesh=uneven_sphere(20_000))
+    write_recording(tmp_path / "run.rrd", replace(run, trace=trace, frames=series), fine, barrett)
     assert (tmp_path / "run.rrd").stat().st_size <= 1.5e6
 
 

@@ -7,7 +7,8 @@ import pytest
 from fingersplit.objects.parametric import cylinder
 from fingersplit.objects.preparing import prepare_object
 from fingersplit.planning.planning import plan
-from fingersplit.recording.run_recording import record_run
+from fingersplit.recording.replay import replay
+from fingersplit.recording.run_recording import write_recording
 from fingersplit.recording.stream import Layout, recording_file
 
 
@@ -16,12 +17,12 @@ def test_a_process_that_has_written_many_recordings_keeps_nothing_of_them(barret
         return len(list(Path("/proc/self/task").iterdir()))
 
     model, counts = prepare_object(cylinder(), "cylinder"), []
-    grasp = plan(model, barrett, starts=8, top_k=1, seed=3).grasps[0]
+    replayed = replay(plan(model, barrett, starts=8, top_k=1, seed=3), 1, model, barrett)
     for _ in range(6):
-        record_run(tmp_path / "run.rrd", model, barrett, grasp)
+        write_recording(tmp_path / "run.rrd", replayed, model, barrett)
         counts.append(threads())
     assert counts[-1] <= counts[1]  # rerun itself would leave four a recording
     with pytest.raises(ZeroDivisionError), recording_file(tmp_path / "broken.rrd", Layout()):
         _ = 1 / 0
-    record_run(tmp_path / "run.rrd", model, barrett, grasp)
+    write_recording(tmp_path / "run.rrd", replayed, model, barrett)
     assert threads() <= counts[1]

@@ -47,8 +47,8 @@ def test_diverged_simulation_is_noticed(placed):
 def test_joint_torques_stay_inside_their_limits(placed):
     scene, grasp = placed
     grip = Grip(np.full(3, 1e4), np.zeros((3, 3)), 0.0, False)
-    recording = run_squeeze(scene, load_controller("virtual_frame"), grip, 0.2, grasp.normals)
-    excess = np.abs(recording.torques) - scene.hand.torque_limits
+    rollout = run_squeeze(scene, load_controller("virtual_frame"), grip, 0.2, grasp.normals)
+    excess = np.abs(rollout.torques) - scene.hand.torque_limits
     assert excess.max() <= 1e-9
     assert excess.max() > -1e-6  # the pull is far beyond what the joints have
 

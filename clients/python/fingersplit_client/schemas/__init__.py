@@ -35,6 +35,7 @@ from fingersplit_client.schemas.plan import (
     PlanSummary,
     PlanTimings,
     Pregrasp,
+    Provenance,
     Termination,
 )
 from fingersplit_client.schemas.problem import InvalidField, Problem
@@ -56,12 +57,12 @@ from fingersplit_client.schemas.resources import (
     SessionInfo,
 )
 from fingersplit_client.schemas.verification import (
-    Proof,
     Verification,
     VerificationBranch,
     VerificationGrip,
     VerificationPhase,
     VerificationReason,
+    VerificationSummary,
 )
 
 __all__ = [
@@ -110,8 +111,8 @@ __all__ = [
     "PlannedObject",
     "Pregrasp",
     "Problem",
-    "Proof",
     "ProtocolName",
+    "Provenance",
     "Quaternion",
     "Readiness",
     "SessionCreate",
@@ -125,4 +126,5 @@ __all__ = [
     "VerificationGrip",
     "VerificationPhase",
     "VerificationReason",
+    "VerificationSummary",
 ]

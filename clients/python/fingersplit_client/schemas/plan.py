@@ -1,12 +1,15 @@
-"""The result document: the same in the API, in the client and on the command line."""
+"""The result of planning: the same document in the API, in the client and on the command line.
+
+Written by ``python -m fingersplit.result.schema``; change the dataclasses there.
+"""
 
 from typing import Literal
 
-from pydantic import Field
+from pydantic import Field, JsonValue
 
 from fingersplit_client.schemas.base import Document, Quaternion, Vector3
 from fingersplit_client.schemas.objects import CloudReport, IntakeReport, ObjectOptions, ObjectSource
-from fingersplit_client.schemas.verification import Proof, Verification
+from fingersplit_client.schemas.verification import Verification, VerificationSummary
 
 __all__ = [
     "Contact",
@@ -22,6 +25,7 @@ __all__ = [
     "PlanTimings",
     "PlannedObject",
     "Pregrasp",
+    "Provenance",
     "Termination",
 ]
 
@@ -77,7 +81,7 @@ class Contact(Document):
     force: Vector3 | None = Field(
         description="Force of the finger on the object that carries its weight with gravity in the worst direction, "
         "object frame [N]; null where none can. The grip that a simulation presses with is planned for the loads of "
-        "its protocol and stands in `verification.grip`."
+        "its protocol and stands in `verification.grip`.",
     )
 
 
@@ -85,8 +89,8 @@ class Metrics(Document):
     """How good a grasp is; for every number more is better."""
 
     holding_margin: float | None = Field(
-        description="Friction force that every contact has to spare while the fingers carry the object's weight, "
-        "whichever way is down [N]; negative when they cannot, null when no forces balance it."
+        description="Least friction force that a contact can still take while the fingers carry the object's weight, "
+        "over all tested gravity directions [N]; negative when they cannot carry it, null when no forces balance it.",
     )
     quality: float = Field(description="What finger splitting climbs: Q = w1 Q_o + w2 Q_h, no unit.")
     object_quality: float = Field(description="w1 Q_o: weight times twice the area of the contact triangle [m^2].")
@@ -98,8 +102,8 @@ class Metrics(Document):
         description="Volume of the wrench ellipsoid of unit contact forces, torques over the object's radius [N^6]."
     )
     ferrari_canny: float = Field(
-        description="Largest wrench resisted in every direction by normal forces of 1 N in total, torques "
-        "over the object's radius [N]."
+        description="Largest wrench resisted in every direction by normal forces of 1 N in total, torques over the "
+        "object's radius [N].",
     )
 
 
@@ -164,7 +168,7 @@ class Grasp(Document):
     timings_ms: GraspTimings = Field(description="Where the time of the run went [ms].")
     initial: InitialState = Field(description="What the run started from.")
     verification: Verification | None = Field(
-        description="Report of the grasp's verification in simulation; null when it was not verified."
+        default=None, description="Report of the grasp's verification in simulation; null when it was not verified."
     )
 
 
@@ -172,11 +176,11 @@ class PlannedObject(Document):
     """An object as the planner saw it."""
 
     id: str = Field(description="Id of the object: a hash of its shape and options.")
-    name: str = Field(description="Name given by whoever uploaded it.")
-    source: ObjectSource = Field(default=ObjectSource(), description="How its file became metres.")
-    options: ObjectOptions = Field(default=ObjectOptions(), description="What was said of the object beside its shape.")
+    name: str = Field(description="What people call it.")
+    source: ObjectSource = Field(description="How the numbers of its file became metres.")
+    options: ObjectOptions = Field(description="What was said of the object beside its shape.")
     report: IntakeReport | CloudReport | None = Field(
-        default=None, description="What was found in its file and repaired; null for an object that came as arrays."
+        description="What was found in its file and repaired; null for an object that came as arrays."
     )
     extents: Vector3 = Field(description="Edge lengths of the axis-aligned bounding box, object frame [m].")
     volume: float = Field(description="Enclosed volume [m^3].")
@@ -190,6 +194,24 @@ class PlannedObject(Document):
     seen: float = Field(description="Share of the closed surface that is known: 1 for a mesh, less for a point cloud.")
 
 
+class Provenance(Document):
+    """What the grasps were planned with: with object, seed and friction beside it, it gives them again."""
+
+    software_version: str = Field(description="Version of Fingersplit that planned.")
+    hand_sha256: str = Field(description="SHA-256 of the hand's description, 64 hex digits.")
+    planner: dict[str, bool | int | float | str] = Field(
+        description="Every planner setting by name, SI units and radians."
+    )
+    constraints: dict[str, JsonValue] = Field(
+        description="What the grasps had to keep to: scene, approach, contact regions, task and end effector."
+    )
+    parallel_grasps: str = Field(
+        description="Where the parallel grasps came from: the name of a source, or given when they were part of the "
+        "request.",
+    )
+    top_k: int = Field(description="How many grasps were asked for at most.")
+
+
 class PlanSummary(Document):
     """How the starts of a plan ended."""
 
@@ -197,7 +219,7 @@ class PlanSummary(Document):
     feasible: int = Field(description="Starts that ended in a feasible grasp.")
     terminations: dict[str, int] = Field(description="How often each termination occurred.")
     message: str = Field(description="The outcome in a sentence.")
-    verification: Proof | None = Field(
+    verification: VerificationSummary | None = Field(
         default=None, description="How the verification of the grasps went; null when it was not asked for."
     )
 
@@ -213,15 +235,15 @@ class PlanTimings(Document):
 
 
 class PlanResult(Document):
-    """The outcome of a job, ranked grasps: one document in the API, the client and on the command line."""
+    """Ranked grasps and their provenance: one document in the API, the client and on the command line."""
 
+    schema_version: int = Field(description="Version of this document's schema, now 2.")
     hand: str = Field(description="Name of the hand.")
     object: PlannedObject = Field(description="The object as the planner saw it.")
     seed: int = Field(description="Seed of every random choice.")
     starts: int = Field(description="How many starts were asked for.")
-    friction: float | None = Field(
-        default=None, description="Friction coefficient that was planned for; null in results of older versions."
-    )
+    friction: float = Field(description="Coulomb friction between pads and object that was planned for.")
+    provenance: Provenance = Field(description="What the result was planned with.")
     summary: PlanSummary = Field(description="How many starts came how far.")
     timings_ms: PlanTimings = Field(description="Where the time of the plan went [ms].")
     grasps: list[Grasp] = Field(description="Grasps, best first.")

@@ -1,4 +1,7 @@
-"""Verification reports: what simulating a grasp showed."""
+"""Verification reports: what simulating a grasp showed.
+
+Written by ``python -m fingersplit.result.schema``; change the dataclasses there.
+"""
 
 from typing import Literal
 
@@ -7,12 +10,12 @@ from pydantic import Field, JsonValue
 from fingersplit_client.schemas.base import Document, Vector3
 
 __all__ = [
-    "Proof",
     "Verification",
     "VerificationBranch",
     "VerificationGrip",
     "VerificationPhase",
     "VerificationReason",
+    "VerificationSummary",
 ]
 
 VerificationReason = Literal[
@@ -32,7 +35,9 @@ class VerificationPhase(Document):
 
     name: str = Field(description="What was done.")
     duration: float = Field(description="How long [s].")
-    displacement: float = Field(description="Farthest that the object was from its planned place in the hand [m].")
+    displacement: float = Field(
+        description="Farthest that the object's centre of mass was from its planned place in the hand [m]."
+    )
     rotation: float = Field(description="Most that the object had turned in the hand [rad].")
     lost_contacts: list[str] = Field(description="Fingers that did not touch when the phase ended.")
     contact_force: Vector3 = Field(
@@ -69,7 +74,9 @@ class Verification(Document):
 
     protocol: str = Field(description="Name of the protocol.")
     passed: bool = Field(description="Whether the grasp held in every branch.")
-    reason: VerificationReason = Field(description="Why it passed or not.")
+    reason: VerificationReason = Field(
+        description="Why it passed or not; of several failed branches, the first one's reason."
+    )
     explanation: str = Field(description="The reason in a sentence.")
     simulator: str = Field(description="Name and version of the simulator.")
     settings: dict[str, JsonValue] = Field(
@@ -77,12 +84,12 @@ class Verification(Document):
     )
     initial_penetration: float = Field(description="Deepest that the planned hand lies inside the object [m].")
     grip: VerificationGrip = Field(description="How hard the fingers were to grip.")
-    squeeze: VerificationPhase | None = Field(description="The squeeze; null when it did not come to that.")
+    squeeze: VerificationPhase | None = Field(description="The squeeze; null when the simulation did not get there.")
     branches: list[VerificationBranch] = Field(description="What was done after the squeeze.")
     time_ms: float = Field(description="Time that the verification took [ms].")
 
 
-class Proof(Document):
+class VerificationSummary(Document):
     """How the verification of ranked grasps went."""
 
     protocol: str = Field(description="Name of the protocol.")

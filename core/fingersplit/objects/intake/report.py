@@ -1,7 +1,7 @@
 """What mesh intake found and did."""
 
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 __all__ = ["LISTED_HOLES", "CloudReport", "IntakeReport", "report_from_document"]
 
@@ -38,6 +38,9 @@ class IntakeReport:
         volume_method: ``"surface"``, ``"capped_holes"``, ``"union"`` or ``"convex_hull"``; see `Solid`.
         open_share: Share of the area that is missing, as the caps on the holes measure it [1].
     """
+
+    computed: ClassVar[tuple[str, ...]] = ("remarks",)
+    """Properties that stand in documents, too."""
 
     file_type: str
     unit: str
@@ -119,6 +122,9 @@ class CloudReport:
         plane_share: Share of the points that lie in a plane with far fewer on its other side, as a table has; 0 where
             no plane takes most of them.
     """
+
+    computed: ClassVar[tuple[str, ...]] = ("remarks",)
+    """Properties that stand in documents, too."""
 
     file_type: str
     unit: str

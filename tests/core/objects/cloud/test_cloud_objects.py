@@ -160,8 +160,8 @@ def test_one_noisy_view_plans_to_feasible_grasps_with_contacts_on_what_was_seen(
     result = plan(model, barrett, starts=32)
     assert result.feasible > 0
     for grasp in result.grasps:
-        if grasp.run.feasible:
-            contacts = grasp.run.final.contacts
+        if grasp.feasible:
+            contacts = grasp.for_hand(barrett).contacts
             assert exact_mesh(mesh).distance(contacts).max() < 3e-3
             assert np.linalg.norm(cloud.points[:, None] - contacts, axis=2).min(axis=0).max() < 4e-3
 

@@ -1,0 +1,25 @@
+"""The commands about hands: list them, and compile the kernels for them."""
+
+import typer
+from rich.console import Console
+
+__all__ = ["hands", "warm"]
+
+
+def hands() -> None:
+    """List the hands that can be planned for."""
+    from fingersplit.hands.hand import available_hands, load_hand
+
+    for name in available_hands():
+        hand = load_hand(name)
+        typer.echo(f"{name}: {hand.title}; {len(hand.fingers)} fingers, {len(hand.joint_names)} joints")
+
+
+def warm() -> None:
+    """Compile the planner's kernels for every hand, so that the first plan does not wait for it."""
+    from fingersplit.cli.warming import compile_kernels
+    from fingersplit.hands.hand import available_hands, load_hand
+
+    for name in available_hands():
+        with Console(stderr=True).status(f"compiling the kernels for {name} (about a minute with an empty cache)"):
+            compile_kernels(load_hand(name))

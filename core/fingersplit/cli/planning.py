@@ -1,0 +1,182 @@
+"""The command ``fingersplit plan``."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.table import Table
+
+from fingersplit.cli.output import JsonOutput, check_writable, new_table, progress_bar
+from fingersplit.cli.values import named_values
+from fingersplit.result.plan import PlanResult
+
+__all__ = ["plan"]
+
+NO_FEASIBLE_GRASP = 1
+"""Exit code."""
+
+
+def plan(
+    file: Annotated[
+        Path,
+        typer.Argument(
+            help="Mesh (STL, OBJ, PLY, OFF, GLB) or point cloud (PLY, PCD, NPZ).", exists=True, dir_okay=False
+        ),
+    ],
+    hand: Annotated[
+        str, typer.Option(help="Hand to plan for: a name of `fingersplit hands`, a folder or a zip.")
+    ] = "barrett",
+    starts: Annotated[int, typer.Option(help="Most runs of the finger splitting.", min=1)] = 64,
+    seed: Annotated[int, typer.Option(help="Seed of every random choice.", min=0)] = 0,
+    unit: Annotated[str, typer.Option(help="Unit of the file: m, mm, cm or in.")] = "m",
+    scale: Annotated[float, typer.Option(help="Multiplies the file's numbers, beside the unit.")] = 1.0,
+    density: Annotated[float | None, typer.Option(help="Density of the object [kg/m^3].")] = None,
+    mass: Annotated[float | None, typer.Option(help="Mass of the object [kg], instead of a density.")] = None,
+    friction: Annotated[float | None, typer.Option(help="Coulomb friction between the object and the pads.")] = None,
+    fairing: Annotated[
+        float, typer.Option(help="Smooth a noisy mesh: wavelength that is attenuated by half [m].")
+    ] = 0.0,
+    viewpoint: Annotated[
+        tuple[float, float, float] | None,
+        typer.Option(help="Where the camera stood that saw the point cloud, in the file's frame and unit."),
+    ] = None,
+    top_k: Annotated[int, typer.Option(help="Most grasps to return.", min=1)] = 10,
+    parallel_grasps: Annotated[
+        Path | None,
+        typer.Option(
+            help="Start from the parallel grasps of this file instead: our JSON, Dex-Net, ACRONYM, GraspGen, "
+            "Isaac grasp or graspnetAPI.",
+            exists=True,
+            dir_okay=False,
+        ),
+    ] = None,
+    grasp_format: Annotated[
+        str | None, typer.Option("--format", help="Format of that file; by its content when left out.")
+    ] = None,
+    source: Annotated[
+        str, typer.Option(help="Where parallel grasps are found: antipodal, surface_fitting or both.")
+    ] = "antipodal",
+    setting: Annotated[
+        list[str] | None, typer.Option(help="Planner setting as NAME=VALUE, such as pad_angle_limit=0.5; repeatable.")
+    ] = None,
+    json_file: Annotated[
+        Path | None, typer.Option("--json", help="Write the result here; - for standard output.")
+    ] = None,
+    picture: Annotated[Path | None, typer.Option(help="Write a PNG of the best grasp here.")] = None,
+    recording: Annotated[
+        Path | None, typer.Option(help="Record how the best grasp was found here, .rrd; see `fingersplit review`.")
+    ] = None,
+    verified: Annotated[int, typer.Option(help="Verify ranked grasps in MuJoCo until so many hold.", min=0)] = 0,
+    protocol: Annotated[
+        str, typer.Option(help="What is done with the held object; see `fingersplit verify`.")
+    ] = "lift",
+    controller: Annotated[
+        str, typer.Option(help="virtual_frame, or squeeze for position-controlled hands.")
+    ] = "virtual_frame",
+    simulated_friction: Annotated[
+        float | None,
+        typer.Option(
+            help="Friction in the simulation, default: the planned one. Grip forces use the planned friction.", min=0
+        ),
+    ] = None,
+    initial: Annotated[bool, typer.Option(help="Verify the initial parallel grasps, too.")] = False,
+) -> None:
+    """Plan grasps for a mesh or a point cloud and print them, best first."""
+    from fingersplit.contacts.friction import without_friction
+    from fingersplit.formats.importing import import_parallel_grasps
+    from fingersplit.hands.hand import load_hand
+    from fingersplit.objects.convex_pieces import decompose
+    from fingersplit.objects.loading import load_object
+    from fingersplit.objects.options import ObjectOptions
+    from fingersplit.planning.planning import plan as plan_grasps
+    from fingersplit.splitting.settings import PlannerSettings
+    from fingersplit.verification import verify_ranked
+    from fingersplit.verification.controllers import load_controller
+    from fingersplit.verification.protocols import load_protocol
+
+    output = JsonOutput(json_file)
+    check_writable(picture, recording)
+    options = ObjectOptions(density=density, mass=mass, friction=friction, fairing=fairing)
+    named, requested_friction = without_friction(named_values(setting))
+    settings, planned_hand = PlannerSettings.from_document(named), load_hand(hand)
+    chosen_protocol, chosen_controller = load_protocol(protocol), load_controller(controller)
+    with progress_bar() as report:
+        report("preparing the object", 0.0)
+        model = load_object(file, unit=unit, scale=scale, viewpoint=viewpoint, options=options)
+        imported = None
+        if parallel_grasps is not None:
+            imported = import_parallel_grasps(parallel_grasps, model, grasp_format)
+        result = plan_grasps(
+            model,
+            planned_hand,
+            None if imported is None else imported.grasps,
+            source=source,
+            starts=starts,
+            seed=seed,
+            top_k=top_k,
+            settings=settings,
+            friction=requested_friction,
+            progress=report,
+        )
+        if verified:
+            report("convex pieces", 0.0)
+            pieces = decompose(model.mesh)
+            report("verifying", 0.0)
+            result = verify_ranked(
+                result,
+                model,
+                planned_hand,
+                pieces,
+                verified=verified,
+                protocol=chosen_protocol,
+                controller=chosen_controller,
+                friction=simulated_friction,
+                threads=2,
+                initial=initial,
+            )
+        if result.grasps and (picture is not None or recording is not None):
+            from fingersplit.recording.replay import replay
+
+            report("drawing", 0.0)
+            replayed = replay(result, 1, model, planned_hand, lambda: decompose(model.mesh))
+            if picture is not None:
+                from fingersplit.recording.pictures import draw_picture
+
+                draw_picture(picture, replayed, model, planned_hand)
+            if recording is not None:
+                from fingersplit.recording.run_recording import write_recording
+
+                write_recording(recording, replayed, model, planned_hand)
+    console = output.console
+    if imported is not None:
+        console.print(imported.message, highlight=False)
+    for remark in () if model.report is None else model.report.remarks:
+        console.print(f"{file.name}: {remark}", highlight=False, markup=False)
+    console.print(_table(result))
+    output.write(result.to_dict(), "the result")
+    for path, title in ((picture, "a picture of rank 1"), (recording, "the recording of rank 1")):
+        if path is not None:
+            written = f"Wrote {title} to {path}." if result.grasps else f"{path} was not written: there is no grasp."
+            console.print(written, highlight=False, soft_wrap=True)
+    if not result.feasible:
+        raise typer.Exit(NO_FEASIBLE_GRASP)
+
+
+def _table(result: PlanResult) -> Table:
+    verification = result.summary.verification
+    caption = result.message if verification is None else f"{result.message} {verification.message}"
+    right = ("rank", "feasible", "margin N", "held", "Ferrari-Canny", "pad rad")
+    columns = dict.fromkeys(right, "right") | {"ended": "left"}
+    table = new_table(f"{result.object.name}, {result.hand}", columns, caption)
+    for grasp in result.grasps:
+        margin, report = grasp.metrics.holding_margin, grasp.verification
+        table.add_row(
+            str(grasp.rank),
+            "yes" if grasp.feasible else "no",
+            "none" if margin is None else f"{margin:.2f}",
+            "" if report is None else "yes" if report.passed else "no",
+            f"{grasp.metrics.ferrari_canny:.3f}",
+            f"{max(contact.pad_angle for contact in grasp.contacts):.2f}",
+            grasp.termination.label.replace("_", " "),
+        )
+    return table

@@ -1,0 +1,202 @@
+"""The command ``fingersplit verify``: stored grasps are simulated again, whoever planned them."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from math import degrees
+from pathlib import Path
+from typing import Annotated, Any, Self
+
+import typer
+from rich.table import Table
+
+from fingersplit.cli.output import JsonOutput, new_table
+from fingersplit.cli.values import named_values
+from fingersplit.errors import SettingsError
+from fingersplit.grasp import Grasp
+from fingersplit.hands.hand import Hand
+from fingersplit.objects.model import ObjectModel
+from fingersplit.result.verification import Verification
+
+__all__ = ["verify_stored"]
+
+NONE_HELD = 1
+"""Exit code."""
+
+
+def verify_stored(
+    file: Annotated[
+        Path,
+        typer.Argument(
+            help="Result (.json), DexGraspBench sample (.npy) or Isaac grasp file (.yaml).",
+            exists=True,
+            dir_okay=False,
+        ),
+    ],
+    object_file: Annotated[Path, typer.Option("--object", help="The object's file.", exists=True, dir_okay=False)],
+    unit: Annotated[
+        str | None,
+        typer.Option(help="Unit of the object's file, m, mm, cm or in; default: the one of the result, else m."),
+    ] = None,
+    hand: Annotated[
+        str | None,
+        typer.Option(help="Name, folder or zip of the hand; default: the one of the result by its name, else barrett."),
+    ] = None,
+    protocol: Annotated[str, typer.Option(help="What is done with the held object.")] = "lift",
+    number: Annotated[
+        list[str] | None, typer.Option(help="A number of the protocol as NAME=VALUE, such as height=0.1; repeatable.")
+    ] = None,
+    controller: Annotated[
+        str, typer.Option(help="virtual_frame, or squeeze for position-controlled hands.")
+    ] = "virtual_frame",
+    friction: Annotated[
+        float | None, typer.Option(help="Sliding friction in the simulation; default: the planned one.", min=0.0)
+    ] = None,
+    planned_friction: Annotated[
+        float | None,
+        typer.Option(help="Friction that grip forces are planned for; default: the one of the result, else 0.6."),
+    ] = None,
+    mass: Annotated[float | None, typer.Option(help="Mass of the object [kg]; default: the planned one.")] = None,
+    rank: Annotated[int | None, typer.Option(help="Only the grasp at this place of the file, from 1.", min=1)] = None,
+    initial: Annotated[bool, typer.Option(help="Verify the initial parallel grasps, too.")] = False,
+    threads: Annotated[int, typer.Option(help="Directions simulated at a time.", min=1)] = 2,
+    json_file: Annotated[
+        Path | None, typer.Option("--json", help="Write the reports here; - for standard output.")
+    ] = None,
+) -> None:
+    """Simulate stored grasps in MuJoCo and say which hold, and why others do not.
+
+    Of a result, unit, viewpoint, mass, friction and options of the object are those it was planned with.
+    """
+    from fingersplit.contacts.friction import planned_friction as decide_friction
+    from fingersplit.objects.convex_pieces import decompose
+    from fingersplit.verification import verify
+    from fingersplit.verification.controllers import load_controller
+    from fingersplit.verification.protocols import load_protocol
+
+    output = JsonOutput(json_file)
+    preset, chosen_controller = load_protocol(protocol, named_values(number)), load_controller(controller)
+    stored = _Stored.read(file, object_file, unit, hand)
+    chosen = stored.chosen(rank)
+    planned = decide_friction(planned_friction, stored.friction)
+    pieces = decompose(stored.model.mesh)
+
+    def report(grasp: Grasp) -> Verification:
+        return verify(
+            grasp,
+            stored.hand,
+            stored.model,
+            pieces,
+            preset,
+            friction=planned if friction is None else friction,
+            planned_friction=planned,
+            mass=mass,
+            controller=chosen_controller,
+            threads=threads,
+        )
+
+    rows = [
+        _Row(one.name, report(one.final), report(one.initial) if initial and one.initial is not None else None)
+        for one in chosen
+    ]
+    output.console.print(_table(f"{object_file.stem}, {stored.hand.name}, {protocol}", rows))
+    document = {
+        "hand": stored.hand.name,
+        "object_id": stored.model.id,
+        "grasps": [row.to_dict() for row in rows],
+    }
+    output.write(document, "the reports")
+    if not any(row.verification.passed for row in rows):
+        raise typer.Exit(NONE_HELD)
+
+
+@dataclass(frozen=True, eq=False)
+class _Named:
+    """A grasp to verify: its name in the file, and the grasp that it began as where the file says so."""
+
+    name: str
+    final: Grasp
+    initial: Grasp | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class _Stored:
+    """Grasps of a file, with what they were planned for; the friction is None where the file does not say."""
+
+    hand: Hand
+    model: ObjectModel
+    grasps: tuple[_Named, ...]
+    friction: float | None
+
+    @classmethod
+    def read(cls, file: Path, object_file: Path, unit: str | None, hand: str | None) -> Self:
+        """Read a file by its ending."""
+        if file.suffix.lower() == ".json":
+            return cls._from_result(file, object_file, unit, hand)
+        return cls._from_other_tool(file, object_file, unit or "m", hand or "barrett")
+
+    @classmethod
+    def _from_result(cls, file: Path, object_file: Path, unit: str | None, hand: str | None) -> Self:
+        from fingersplit.cli.objects import load_origin
+        from fingersplit.result import read_result
+
+        result = read_result(file)
+        planned = result.object.source.unit
+        if unit not in (None, planned):
+            raise SettingsError(f"{file} was planned with unit {planned!r}, not {unit!r}; leave --unit out.")
+        model, known_hand = load_origin(result, object_file, hand)
+        grasps = tuple(
+            _Named(f"rank {one.rank}", one.for_hand(known_hand), one.initial.for_hand(known_hand))
+            for one in result.grasps
+        )
+        return cls(known_hand, model, grasps, result.friction)
+
+    @classmethod
+    def _from_other_tool(cls, file: Path, object_file: Path, unit: str, hand: str) -> Self:
+        from fingersplit.formats.stored_grasps import grasp_at, read_stored_grasps
+        from fingersplit.objects.loading import load_object
+
+        found = read_stored_grasps(file, hand)
+        model = load_object(object_file, unit=unit, scale=found.object_scale)
+        grasps = tuple(_Named(one.name, grasp_at(model, found.hand, one.pose)) for one in found.grasps)
+        return cls(found.hand, model, grasps, None)
+
+    def chosen(self, rank: int | None) -> tuple[_Named, ...]:
+        """All grasps, or the one at a place of the file."""
+        if rank is None:
+            return self.grasps
+        if rank > len(self.grasps):
+            raise SettingsError(f"rank is {rank}; the file has {len(self.grasps)} grasps.")
+        return self.grasps[rank - 1 : rank]
+
+
+@dataclass(frozen=True)
+class _Row:
+    name: str
+    verification: Verification
+    initial: Verification | None
+
+    def to_dict(self) -> dict[str, Any]:
+        from fingersplit.result.wire import to_dict
+
+        return {
+            "name": self.name,
+            "verification": to_dict(self.verification),
+            "initial_verification": None if self.initial is None else to_dict(self.initial),
+        }
+
+    def cells(self) -> Iterator[str]:
+        report = self.verification
+        yield self.name
+        yield "held" if report.passed else "failed"
+        yield "" if report.slip is None else f"{1e3 * report.slip:.1f}"
+        yield "" if report.turn is None else f"{degrees(report.turn):.1f}"
+        yield "" if self.initial is None else self.initial.reason.replace("_", " ")
+        yield report.explanation
+
+
+def _table(title: str, rows: list[_Row]) -> Table:
+    right = ("verdict", "slip mm", "turn deg", "initial grasp")
+    table = new_table(title, {"grasp": "left"} | dict.fromkeys(right, "right") | {"why": "left"})
+    for row in rows:
+        table.add_row(*row.cells())
+    return table

@@ -1,0 +1,156 @@
+"""The whole way on one screen: object and hand, parallel grasps, starts, finger splitting, ranked grasps."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from time import perf_counter
+
+import numpy as np
+
+from fingersplit.contacts.friction import planned_friction
+from fingersplit.errors import ParallelGraspError, SettingsError
+from fingersplit.hands.hand import Hand
+from fingersplit.objects.model import ObjectModel
+from fingersplit.objects.surface_kernel import closest
+from fingersplit.parallel_grasps.parallel_grasp import ParallelGrasp
+from fingersplit.planning.final_checks import check_finally
+from fingersplit.planning.finding import allowed_starts, find_starts
+from fingersplit.planning.ranking import RankedGrasp, describe_outcome, rank_runs
+from fingersplit.planning.run import Run
+from fingersplit.planning.starts import build_problem, choose_starts, split_starts
+from fingersplit.scene.attaching import attach_bodies
+from fingersplit.scene.constraints import Constraints
+from fingersplit.scene.preparing import prepare_scene
+from fingersplit.splitting.settings import PlannerSettings
+from fingersplit.threads import Progress
+
+__all__ = ["Search", "find_grasps"]
+
+MAX_CONTACT = 5e-3
+"""Most that a given contact may lie off the surface [m]."""
+ATTEMPTS, MORE_STARTS = 3, 3
+"""A request with a scene is tried again when nothing is feasible, so often in all, each time with more starts."""
+
+
+@dataclass(frozen=True, eq=False)
+class Search:
+    """Every run of a request and the best of them, as arrays and kernel records.
+
+    Attributes:
+        model: The object.
+        hand: The hand.
+        settings: Parameters of the splitting.
+        friction: Coulomb friction between pads and object that was planned for.
+        constraints: What the grasps had to keep to.
+        runs: Every finished run, in the order of the starts.
+        grasps: The best of them, best first.
+        message: One sentence on how it went.
+        seconds: Time by stage [s]: parallel grasps, mapping, splitting, ranking.
+    """
+
+    model: ObjectModel
+    hand: Hand
+    settings: PlannerSettings
+    friction: float
+    constraints: Constraints
+    runs: tuple[Run, ...]
+    grasps: tuple[RankedGrasp, ...]
+    message: str
+    seconds: dict[str, float]
+
+    @property
+    def feasible(self) -> int:
+        """Number of runs that ended in a feasible grasp."""
+        return sum(run.feasible for run in self.runs)
+
+
+def find_grasps(
+    model: ObjectModel,
+    hand: Hand,
+    parallel_grasps: Sequence[ParallelGrasp] | None = None,
+    *,
+    source: str = "antipodal",
+    starts: int = 64,
+    seed: int = 0,
+    top_k: int = 10,
+    settings: PlannerSettings | None = None,
+    friction: float | None = None,
+    constraints: Constraints | None = None,
+    threads: int = 1,
+    progress: Progress | None = None,
+) -> Search:
+    """What ``planning.plan`` does, with every run; arguments and errors are the same."""
+    _check(starts=starts, top_k=top_k, threads=threads, seed=seed)
+    settings = settings or PlannerSettings()
+    friction = planned_friction(friction, model.options.friction)
+    report = progress or (lambda _stage, _share: None)
+    seconds: dict[str, float] = {}
+    watch = _Watch(seconds)
+
+    constraints = constraints or Constraints()
+    hand = attach_bodies(hand, constraints.end_effector.attached_bodies)
+    scene = prepare_scene(constraints, model, hand)
+    problem = build_problem(model, hand, settings, scene)
+    runs: tuple[Run, ...] = ()
+    given: Sequence[ParallelGrasp] = ()
+    for attempt in range(ATTEMPTS if scene.restricts and parallel_grasps is None else 1):
+        report("parallel_grasps", 0.0)
+        many = starts * MORE_STARTS**attempt
+        if parallel_grasps is None:
+            rng = np.random.default_rng(seed if attempt == 0 else [seed, attempt])
+            given = find_starts(model, hand, scene, many, source=source, friction=friction, rng=rng, threads=threads)
+        else:
+            _check_contacts(model, parallel_grasps)
+            given = allowed_starts(parallel_grasps, scene)
+        watch.lap("parallel_grasps")
+        chosen = choose_starts(problem, hand, given, many, threads=threads, report=report)
+        watch.lap("mapping")
+        runs += split_starts(problem, model.patches, hand, chosen, threads=threads, report=report, scene=scene)
+        check_finally(runs, scene, model)
+        watch.lap("splitting")
+        if any(run.feasible for run in runs):
+            break
+    grasps = rank_runs(model, runs, top_k, friction, threads)
+    watch.lap("ranking")
+    report("ranking", 1.0)
+    return Search(
+        model=model,
+        hand=hand,
+        settings=settings,
+        friction=friction,
+        constraints=constraints,
+        runs=runs,
+        grasps=grasps,
+        message=describe_outcome(len(given), runs, hand, friction, model),
+        seconds=seconds,
+    )
+
+
+def _check(*, starts: int, top_k: int, threads: int, seed: int) -> None:
+    for name, value, least in (("starts", starts, 1), ("top_k", top_k, 1), ("threads", threads, 1), ("seed", seed, 0)):
+        if value < least:
+            raise SettingsError(f"{name} is {value}; it must be at least {least}.")
+
+
+def _check_contacts(model: ObjectModel, grasps: Sequence[ParallelGrasp]) -> None:
+    for number, grasp in enumerate(grasps, 1):
+        for contact in grasp.contacts:
+            _, point, _ = closest(model.surface, tuple(contact), -1)
+            distance = float(np.linalg.norm(contact - point))
+            if distance > MAX_CONTACT:
+                raise ParallelGraspError(
+                    f"Contact {contact.tolist()} of parallel grasp {number} lies {1e3 * distance:.1f} mm from the "
+                    f"surface; allowed: {1e3 * MAX_CONTACT:g} mm. Give points on it, in the object frame, "
+                    f"in metres."
+                )
+
+
+class _Watch:
+    """Time since the last lap, by stage."""
+
+    def __init__(self, seconds: dict[str, float]) -> None:
+        self._seconds, self._since = seconds, perf_counter()
+
+    def lap(self, stage: str) -> None:
+        now = perf_counter()
+        self._seconds[stage] = self._seconds.get(stage, 0.0) + now - self._since
+        self._since = now

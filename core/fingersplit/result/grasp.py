@@ -1,0 +1,220 @@
+"""One planned grasp as plain data."""
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingersplit.errors import ResultError
+from fingersplit.grasp import Grasp, HandPose
+from fingersplit.hands.hand import Hand
+from fingersplit.result.verification import Verification
+from fingersplit.result.wire import Quaternion, Vector3, described
+from fingersplit.splitting.termination import Termination
+from fingersplit.transforms import pose_matrix, rotation_from_wxyz, wxyz_from_rotation
+
+__all__ = [
+    "Contact",
+    "GraspMetrics",
+    "GraspResult",
+    "GraspTimings",
+    "InitialGrasp",
+    "Iterations",
+    "PalmPose",
+    "ParallelContacts",
+    "Pregrasp",
+]
+
+
+@dataclass(frozen=True)
+class ParallelContacts:
+    """Two opposite contacts of a parallel-jaw gripper: what a finger-splitting run starts from."""
+
+    contacts: tuple[Vector3, Vector3] = described(
+        "The two contact points on the surface, object frame", "m", examples=[[[0.03, 0.0, 0.05], [-0.03, 0.0, 0.05]]]
+    )
+    approach: Vector3 = described(
+        "Direction in which the palm moves towards the object, object frame, unit length", examples=[[0.0, 0.0, -1.0]]
+    )
+
+
+@dataclass(frozen=True)
+class PalmPose:
+    """Where the palm is."""
+
+    position: Vector3 = described("Origin of the palm frame in the object frame", "m")
+    wxyz: Quaternion = described("Rotation from the palm frame to the object frame, unit quaternion")
+
+    @classmethod
+    def from_matrix(cls, object_from_palm: NDArray[np.float64]) -> Self:
+        """The palm at a pose (4, 4)."""
+        position, wxyz = object_from_palm[:3, 3].tolist(), wxyz_from_rotation(object_from_palm[:3, :3]).tolist()
+        return cls((position[0], position[1], position[2]), (wxyz[0], wxyz[1], wxyz[2], wxyz[3]))
+
+    @property
+    def object_from_palm(self) -> NDArray[np.float64]:
+        """The pose as a matrix, (4, 4)."""
+        return pose_matrix(rotation_from_wxyz(self.wxyz), self.position)
+
+
+@dataclass(frozen=True)
+class Contact:
+    """One finger on the surface."""
+
+    finger: str = described("Name of the finger")
+    position: Vector3 = described("Contact point on the surface, object frame", "m")
+    normal: Vector3 = described("Surface normal at the contact, out of the object, object frame")
+    fingertip: Vector3 = described("Point of the pad that faces the contact, object frame", "m")
+    residual: float = described("How far the pad is from just touching the contact", "m")
+    pad_angle: float = described("Angle between the pad's normal and the inward surface normal", "rad")
+    force: Vector3 | None = described(
+        "Force of the finger on the object that carries its weight with gravity in the worst direction, object frame; "
+        "null where none can. The grip that a simulation presses with is planned for the loads of its protocol and "
+        "stands in `verification.grip`",
+        "N",
+    )
+
+
+@dataclass(frozen=True)
+class GraspMetrics:
+    """How good a grasp is; for every number more is better."""
+
+    holding_margin: float | None = described(
+        "Least friction force that a contact can still take while the fingers carry the object's weight, over all "
+        "tested gravity directions; negative when they cannot carry it, null when no forces balance it",
+        "N",
+    )
+    quality: float = described("What finger splitting climbs: Q = w1 Q_o + w2 Q_h, no unit")
+    object_quality: float = described("w1 Q_o: weight times twice the area of the contact triangle", "m^2")
+    manipulability: float = described(
+        "w2 Q_h: minus the weighted squared distance of the joints from mid-range, no unit"
+    )
+    isotropy: float = described("Smallest over largest singular value of the grasp matrix, 0 to 1")
+    volume: float = described(
+        "Volume of the wrench ellipsoid of unit contact forces, torques over the object's radius", "N^6"
+    )
+    ferrari_canny: float = described(
+        "Largest wrench resisted in every direction by normal forces of 1 N in total, torques over the object's radius",
+        "N",
+    )
+
+
+@dataclass(frozen=True)
+class Iterations:
+    """How many iterations a run took."""
+
+    outer: int = described("Rounds of contact and palm optimization")
+    cpo: int = described("Iterations of contact point optimization (CPO), over all rounds")
+    ppo: int = described("Iterations of palm pose optimization (PPO), over all rounds")
+
+
+@dataclass(frozen=True)
+class GraspTimings:
+    """Where the time of one run went."""
+
+    cpo_tangent_search: float = described("CPO: searching along the surface", "ms")
+    cpo_projection_and_test: float = described("CPO: returning to the surface and testing", "ms")
+    cpo_collision: float = described("CPO: collision checks", "ms")
+    ppo_tangent_search: float = described("PPO: searching for a better palm pose", "ms")
+    ppo_projection_and_test: float = described("PPO: keeping the contacts and testing", "ms")
+    ppo_collision: float = described("PPO: collision checks", "ms")
+    total: float = described("The whole run", "ms")
+
+
+@dataclass(frozen=True)
+class Pregrasp:
+    """Where to come from: a free way to the grasp, straight along the palm's approach."""
+
+    palm: PalmPose = described("The palm where the approach begins, in the object frame")
+    joints: dict[str, float] = described("Joint angles by name during the approach, opened", "rad")
+
+
+@dataclass(frozen=True)
+class InitialGrasp:
+    """What a run started from."""
+
+    parallel_grasp: ParallelContacts = described("The parallel grasp, object frame")
+    palm: PalmPose = described("The palm after the parallel grasp was mapped to the hand")
+    joints: dict[str, float] = described("Joint angles by name after mapping", "rad")
+    contacts: tuple[Contact, ...] = described("Contacts after mapping, one a finger")
+    quality: float = described("The planner's objective Q after mapping, no unit")
+    verification: Verification | None = described(
+        "Report of this grasp's verification in simulation; null when it was not verified", default=None
+    )
+
+    def for_hand(self, hand: Hand) -> Grasp:
+        """The mapped grasp as arrays."""
+        return _grasp(hand, self.palm, self.joints, self.contacts)
+
+
+@dataclass(frozen=True)
+class GraspResult:
+    """One planned grasp."""
+
+    rank: int = described("Place in the ranking, 1 is best")
+    feasible: bool = described("Whether every constraint holds")
+    violations: tuple[str, ...] = described("A sentence for every constraint that does not hold")
+    reason: str = described("Why the grasp stands at this rank, in a sentence")
+    palm: PalmPose = described("The palm's pose in the object frame")
+    joints: dict[str, float] = described("Joint angles by name", "rad")
+    contacts: tuple[Contact, ...] = described("Contacts, one a finger")
+    pregrasp: Pregrasp | None = described("How to get there; null when no straight way in is free")
+    squeeze_joints: dict[str, float] = described(
+        "Targets of position servos that press the pads on, by joint name", "rad"
+    )
+    metrics: GraspMetrics = described("How good the grasp is")
+    termination: Termination = described("Why the run ended")
+    advice: str = described("What the termination means and what to try, in a sentence")
+    iterations: Iterations = described("How many iterations the run took")
+    timings_ms: GraspTimings = described("Where the time of the run went", "ms")
+    initial: InitialGrasp = described("What the run started from")
+    verification: Verification | None = described(
+        "Report of the grasp's verification in simulation; null when it was not verified", default=None
+    )
+
+    def for_hand(self, hand: Hand) -> Grasp:
+        """The grasp as arrays.
+
+        Raises:
+            ResultError: Its joints or fingers are not those of the hand.
+        """
+        return _grasp(hand, self.palm, self.joints, self.contacts)
+
+    def pregrasp_pose(self, hand: Hand) -> HandPose | None:
+        """Where the approach begins; None when no straight way in is free."""
+        if self.pregrasp is None:
+            return None
+        return HandPose(self.pregrasp.palm.object_from_palm, _in_order(hand, self.pregrasp.joints))
+
+    def squeeze_pose(self, hand: Hand) -> HandPose:
+        """The palm of the grasp and the targets of position servos that press the pads on."""
+        return HandPose(self.palm.object_from_palm, _in_order(hand, self.squeeze_joints))
+
+    @property
+    def title(self) -> str:
+        """One line that names rank and outcome."""
+        verdict = "feasible" if self.feasible else "not feasible"
+        return f"rank {self.rank}: {verdict}, {self.termination.label.replace('_', ' ')}"
+
+
+def _grasp(hand: Hand, palm: PalmPose, joints: dict[str, float], contacts: tuple[Contact, ...]) -> Grasp:
+    names = [finger.name for finger in hand.fingers]
+    if [contact.finger for contact in contacts] != names:
+        raise ResultError(f"The grasp has contacts of {[c.finger for c in contacts]}; {hand.name} has fingers {names}.")
+    return Grasp(
+        object_from_palm=palm.object_from_palm,
+        joints=_in_order(hand, joints),
+        contacts=np.array([contact.position for contact in contacts]),
+        normals=np.array([contact.normal for contact in contacts]),
+        fingertips=np.array([contact.fingertip for contact in contacts]),
+        residuals=np.array([contact.residual for contact in contacts]),
+        pad_angles=np.array([contact.pad_angle for contact in contacts]),
+    )
+
+
+def _in_order(hand: Hand, joints: dict[str, float]) -> NDArray[np.float64]:
+    """Joint angles in the hand's order, (N,) [rad]."""
+    if joints.keys() != set(hand.joint_names):
+        raise ResultError(f"The grasp has joints {sorted(joints)}; {hand.name} has {sorted(hand.joint_names)}.")
+    return np.array([joints[name] for name in hand.joint_names])

@@ -1,0 +1,116 @@
+"""What a verification found, as it stands in results: verdicts, reasons and numbers, without the time series."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+from fingersplit.result.wire import Json, Vector3, described
+
+__all__ = ["BranchReport", "GripReport", "PhaseReport", "Reason", "Verification", "VerificationSummary", "explanation"]
+
+Reason = Literal[
+    "held",
+    "slipped",
+    "rotated",
+    "contact_lost",
+    "initial_penetration",
+    "unstable_simulation",
+    "joint_torque_saturated",
+]
+"""Why a grasp passed or failed; only ``held`` is a pass."""
+
+_EXPLANATIONS: dict[str, str] = {
+    "held": "The object stayed in the hand in every phase.",
+    "slipped": "The object moved farther in the hand than allowed.",
+    "rotated": "The object turned farther in the hand than allowed.",
+    "contact_lost": "At the end not every finger touched the object.",
+    "initial_penetration": "The planned hand lies deeper inside the object's convex pieces than allowed.",
+    "unstable_simulation": "The simulation diverged; it gives no evidence.",
+    "joint_torque_saturated": "The object was lost because joints reached their torque limits.",
+}
+
+
+def explanation(reason: Reason) -> str:
+    """A reason in a sentence."""
+    return _EXPLANATIONS[reason]
+
+
+@dataclass(frozen=True)
+class PhaseReport:
+    """One phase of a simulation in numbers."""
+
+    name: str = described("What was done")
+    duration: float = described("How long", "s")
+    displacement: float = described(
+        "Farthest that the object's centre of mass was from its planned place in the hand", "m"
+    )
+    rotation: float = described("Most that the object had turned in the hand", "rad")
+    lost_contacts: tuple[str, ...] = described("Fingers that did not touch when the phase ended")
+    contact_force: Vector3 = described("Sum of the contact forces on the object over the last 0.1 s, world frame", "N")
+    load: Vector3 = described("Gravity and pull at the phase's end, world frame", "N")
+    largest_force: float = described("Largest contact force of one finger", "N")
+    largest_penetration: float = described("Deepest that the hand was pressed into the object", "m")
+    saturated_joints: tuple[str, ...] = described("Joints that spent a tenth of the phase at their torque limit")
+
+
+@dataclass(frozen=True)
+class BranchReport:
+    """What was done after the squeeze, and the verdict on it."""
+
+    name: str = described("What distinguishes this branch, such as the direction of a pull")
+    passed: bool = described("Whether the object was held")
+    reason: Reason = described("Why it was or was not")
+    phases: tuple[PhaseReport, ...] = described("The phases; empty when the simulation diverged")
+
+
+@dataclass(frozen=True)
+class GripReport:
+    """The grip that the simulation pressed with, the least that carries the protocol's loads.
+
+    It balances itself; the forces in `contacts` of the grasp carry the object's weight.
+    """
+
+    forces: tuple[Vector3, ...] = described("Force of each finger on the unloaded object, object frame", "N")
+    violation: float = described("Farthest that a planned contact force leaves its friction cone", "N")
+    limited: bool = described("Whether the joints have too little torque for a safer grip", default=False)
+
+
+@dataclass(frozen=True)
+class Verification:
+    """Report of a grasp's simulation."""
+
+    protocol: str = described("Name of the protocol")
+    passed: bool = described("Whether the grasp held in every branch")
+    reason: Reason = described("Why it passed or not; of several failed branches, the first one's reason")
+    explanation: str = described("The reason in a sentence")
+    simulator: str = described("Name and version of the simulator")
+    settings: dict[str, Json] = described(
+        "Every number of protocol, controller, object and solver, SI units and radians"
+    )
+    initial_penetration: float = described("Deepest that the planned hand lies inside the object", "m")
+    grip: GripReport = described("How hard the fingers were to grip")
+    squeeze: PhaseReport | None = described("The squeeze; null when the simulation did not get there")
+    branches: tuple[BranchReport, ...] = described("What was done after the squeeze")
+    time_ms: float = described("Time that the verification took", "ms")
+
+    @property
+    def slip(self) -> float | None:
+        """Farthest that the object moved in the hand in any branch [m]; None when no branch was simulated."""
+        return max((phase.displacement for branch in self.branches for phase in branch.phases), default=None)
+
+    @property
+    def turn(self) -> float | None:
+        """Most that the object turned in the hand in any branch [rad]; None when no branch was simulated."""
+        return max((phase.rotation for branch in self.branches for phase in branch.phases), default=None)
+
+
+@dataclass(frozen=True)
+class VerificationSummary:
+    """How the verification of ranked grasps went."""
+
+    protocol: str = described("Name of the protocol")
+    controller: str = described("Name of the controller")
+    wanted: int = described("How many grasps were to hold")
+    tried: int = described("How many were verified, from rank 1 on")
+    held: int = described("How many of these held")
+    message: str = described("The outcome in a sentence")
+    time_ms: float = described("Time that it took", "ms")
