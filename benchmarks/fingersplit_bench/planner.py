@@ -113,7 +113,7 @@ def _measure_object(bench: Bench, model: ObjectModel) -> ObjectSpeed:
         starts_per_second_on_two=median(together),
         feasible_per_second=_mean_of_cores([rate for _, rate in alone]),
         cpu_share=median(shares),
-        ferrari_canny=result.grasps[0].metrics.ferrari_canny if result.feasible else 0.0,
+        ferrari_canny=result.grasps[0].metrics["ferrari_canny"] or 0.0 if result.feasible else 0.0,
     )
 
 

@@ -5,28 +5,31 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from fingersplit.contacts.metrics import WrenchSpace, ferrari_canny, isotropy, volume
+from fingersplit.contacts.metric import GraspState
+from fingersplit.contacts.metrics import available_metrics
+from fingersplit.contacts.wrench_space import WrenchSpace
 from fingersplit.objects.model import ObjectModel
 from fingersplit.splitting.trace import Trace
 
 __all__ = ["METRICS", "mean_and_deviation", "metric_profiles", "normalised", "resampled"]
 
 METRICS = ("Q", "Q_iso", "Q_vol", "Ferrari-Canny")
+"""The four that the paper shows."""
+_NAMES = ("quality", "isotropy", "volume", "ferrari_canny")
 LENGTH = 60
 """States that every profile is brought to."""
 
 
 def metric_profiles(trace: Trace, model: ObjectModel, friction: float) -> dict[str, NDArray[np.float64]]:
     """Every metric of ``METRICS`` over the states of a trace, (T,) each."""
-    spaces = [
-        WrenchSpace(contacts, normals, friction, model.center_of_mass, model.radius)
-        for contacts, normals in zip(trace.contacts, trace.normals, strict=True)
+    states = [
+        GraspState(WrenchSpace(contacts, normals, friction, model.center_of_mass, model.radius), scores[:3])
+        for contacts, normals, scores in zip(trace.contacts, trace.normals, trace.scores, strict=True)
     ]
+    known = available_metrics()
     return {
-        "Q": trace.scores[:, 0],
-        "Q_iso": np.array([isotropy(space) for space in spaces]),
-        "Q_vol": np.array([volume(space) for space in spaces]),
-        "Ferrari-Canny": np.array([ferrari_canny(space) for space in spaces]),
+        title: np.array([known[name].function(state) for state in states], dtype=np.float64)
+        for title, name in zip(METRICS, _NAMES, strict=True)
     }
 
 

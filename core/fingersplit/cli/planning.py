@@ -10,7 +10,7 @@ from fingersplit.cli.output import JsonOutput, check_writable, new_table, progre
 from fingersplit.cli.values import named_values
 from fingersplit.result.plan import PlanResult
 
-__all__ = ["plan"]
+__all__ = ["plan", "result_table"]
 
 NO_FEASIBLE_GRASP = 1
 """Exit code."""
@@ -44,8 +44,7 @@ def plan(
     parallel_grasps: Annotated[
         Path | None,
         typer.Option(
-            help="Start from the parallel grasps of this file instead: our JSON, Dex-Net, ACRONYM, GraspGen, "
-            "Isaac grasp or graspnetAPI.",
+            help="Start from the parallel grasps of this file instead; see `fingersplit formats`.",
             exists=True,
             dir_okay=False,
         ),
@@ -53,6 +52,11 @@ def plan(
     grasp_format: Annotated[
         str | None, typer.Option("--format", help="Format of that file; by its content when left out.")
     ] = None,
+    gripper: Annotated[
+        str | None,
+        typer.Option(help="Gripper that the grasps of that file are for, such as panda; as it says by default."),
+    ] = None,
+    grasp_scale: Annotated[float, typer.Option(help="Factor from the lengths of that file to metres.")] = 1.0,
     source: Annotated[
         str, typer.Option(help="Where parallel grasps are found: antipodal, surface_fitting or both.")
     ] = "antipodal",
@@ -105,7 +109,7 @@ def plan(
         model = load_object(file, unit=unit, scale=scale, viewpoint=viewpoint, options=options)
         imported = None
         if parallel_grasps is not None:
-            imported = import_parallel_grasps(parallel_grasps, model, grasp_format)
+            imported = import_parallel_grasps(parallel_grasps, model, grasp_format, gripper=gripper, scale=grasp_scale)
         result = plan_grasps(
             model,
             planned_hand,
@@ -152,7 +156,7 @@ def plan(
         console.print(imported.message, highlight=False)
     for remark in () if model.report is None else model.report.remarks:
         console.print(f"{file.name}: {remark}", highlight=False, markup=False)
-    console.print(_table(result))
+    console.print(result_table(result))
     output.write(result.to_dict(), "the result")
     for path, title in ((picture, "a picture of rank 1"), (recording, "the recording of rank 1")):
         if path is not None:
@@ -162,21 +166,31 @@ def plan(
         raise typer.Exit(NO_FEASIBLE_GRASP)
 
 
-def _table(result: PlanResult) -> Table:
+def result_table(result: PlanResult) -> Table:
+    """The ranked grasps, a column for every metric that is shown in tables."""
+    from fingersplit.contacts.metrics import available_metrics
+
+    metrics = [metric for metric in available_metrics().values() if metric.in_tables]
     verification = result.summary.verification
     caption = result.message if verification is None else f"{result.message} {verification.message}"
-    right = ("rank", "feasible", "margin N", "held", "Ferrari-Canny", "pad rad")
+    right = ("rank", "feasible", *(metric.heading for metric in metrics), "held", "pad rad")
     columns = dict.fromkeys(right, "right") | {"ended": "left"}
     table = new_table(f"{result.object.name}, {result.hand}", columns, caption)
     for grasp in result.grasps:
-        margin, report = grasp.metrics.holding_margin, grasp.verification
+        report = grasp.verification
         table.add_row(
             str(grasp.rank),
             "yes" if grasp.feasible else "no",
-            "none" if margin is None else f"{margin:.2f}",
+            *(_rounded(grasp.metrics[metric.name]) for metric in metrics),
             "" if report is None else "yes" if report.passed else "no",
-            f"{grasp.metrics.ferrari_canny:.3f}",
             f"{max(contact.pad_angle for contact in grasp.contacts):.2f}",
             grasp.termination.label.replace("_", " "),
         )
     return table
+
+
+def _rounded(value: float | None) -> str:
+    """Three digits behind the point, two where there is more before it."""
+    if value is None:
+        return "none"
+    return f"{value:.3f}" if abs(value) < 1.0 else f"{value:.2f}"

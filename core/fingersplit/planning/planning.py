@@ -18,7 +18,6 @@ from fingersplit.planning.run import Run
 from fingersplit.planning.search import Search, find_grasps
 from fingersplit.result.grasp import (
     Contact,
-    GraspMetrics,
     GraspResult,
     GraspTimings,
     InitialGrasp,
@@ -165,7 +164,7 @@ def _grasp(ranked: RankedGrasp, hand: Hand) -> GraspResult:
         contacts=_contacts(run.final, hand, ranked.holding.forces),
         pregrasp=_pregrasp(execution, hand),
         squeeze_joints=hand.named(execution.squeeze_joints),
-        metrics=GraspMetrics(**ranked.metrics.to_document()),
+        metrics=ranked.metrics,
         termination=run.termination,
         advice=run.termination.advice,
         iterations=Iterations(outer=int(run.outcome.rounds), cpo=int(run.outcome.cpo), ppo=int(run.outcome.ppo)),

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fingersplit.contacts.assessment import Metrics, assess
 from fingersplit.contacts.holding import GRAVITY, Contacts, Holding, assess_holding
-from fingersplit.contacts.metrics import WrenchSpace
+from fingersplit.contacts.metric import GraspState
+from fingersplit.contacts.metrics import assess
+from fingersplit.contacts.wrench_space import WrenchSpace
 from fingersplit.execution.execution import GraspExecution, plan_execution
 from fingersplit.hands.hand import Hand
 from fingersplit.objects.model import ObjectModel
@@ -30,7 +31,7 @@ class RankedGrasp:
     Attributes:
         rank: Place in the answer, 1 is best.
         run: The finger splitting.
-        metrics: Numbers that compare it with others.
+        metrics: Every metric by name.
         holding: How it holds the object, with the forces that do.
         execution: Pre-grasp, approach and squeeze.
         reason: Why it stands at this rank, in a sentence.
@@ -38,7 +39,7 @@ class RankedGrasp:
 
     rank: int
     run: Run
-    metrics: Metrics
+    metrics: dict[str, float | None]
     holding: Holding
     execution: GraspExecution
     reason: str
@@ -71,7 +72,7 @@ def rank_runs(
 def _planned(rank: int, run: Run, holding: Holding, model: ObjectModel, friction: float) -> RankedGrasp:
     final = run.final
     space = WrenchSpace(final.contacts, final.normals, friction, model.center_of_mass, model.radius)
-    metrics = assess(space, run.scores, holding.margin)
+    metrics = assess(GraspState(space, run.scores, holding))
     execution = plan_execution(run.problem, run.hand, run.last, holding.forces, run.outcome.way)
     return RankedGrasp(
         rank=rank,

@@ -2,12 +2,12 @@
 
 import rerun as rr
 
+from fingersplit.contacts.metrics import available_metrics
 from fingersplit.recording import colors
 from fingersplit.recording.planning_rows import phases_of
 from fingersplit.recording.replay import ReplayedGrasp
 from fingersplit.recording.simulation_rows import RecordedFrames
 from fingersplit.result.verification import Verification
-from fingersplit.result.wire import to_dict
 from fingersplit.splitting.trace import QUALITY
 
 __all__ = ["annotate"]
@@ -85,8 +85,10 @@ def _summary(title: str, replayed: ReplayedGrasp) -> str:
     for name, report in _reports(replayed):
         lines += [f"**{name}**: {_verdict(report)}", ""]
     lines += ["| metric | value |", "|---|---|"]
-    known = {name: value for name, value in to_dict(grasp.metrics).items() if value is not None}
-    lines += [f"| {name.replace('_', ' ')} | {value:.5g} |" for name, value in known.items()]
+    for metric in available_metrics().values():
+        value = grasp.metrics.get(metric.name)
+        if value is not None:
+            lines.append(f"| {metric.name.replace('_', ' ')} | {value:.5g} {metric.unit} |")
     iterations = grasp.iterations
     lines += [f"| rounds, CPO, PPO | {iterations.outer}, {iterations.cpo}, {iterations.ppo} |"]
     return "\n".join(lines)

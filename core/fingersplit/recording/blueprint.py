@@ -4,6 +4,7 @@ import numpy as np
 import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
+from fingersplit.contacts.metrics import available_metrics
 from fingersplit.objects.model import ObjectModel
 from fingersplit.recording.replay import ReplayedGrasp
 from fingersplit.recording.simulation_rows import RecordedFrames
@@ -34,8 +35,9 @@ def grasp_blueprint(eye: Eye, *, simulated: bool) -> Layout:
         line_grid=False,
         eye_controls=rrb.EyeControls3D(position=position, look_target=target, eye_up=(0.0, 0.0, 1.0)),
     )
+    recorded = [metric for metric in available_metrics().values() if metric.recorded_states != 0]
     curves = [
-        _curve("Ferrari-Canny, isotropy, volume", "metrics"),
+        _curve(", ".join(metric.title for metric in recorded), "metrics"),
         _curve("Gaps and penetration [mm]", "constraints/gap_mm"),
         _curve("Pad tilt [rad]", "constraints/pad_angle_rad"),
         _curve("Parts of Q", "quality_parts"),

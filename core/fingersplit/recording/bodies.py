@@ -4,6 +4,7 @@ import numpy as np
 import rerun as rr
 import trimesh
 
+from fingersplit.contacts.metrics import available_metrics
 from fingersplit.hands.hand import Hand
 from fingersplit.objects.model import ObjectModel
 from fingersplit.recording import colors
@@ -44,9 +45,11 @@ def log_bodies(stream: rr.RecordingStream, model: ObjectModel, hand: Hand, repla
         ("world/collision_points", rr.Points3D.from_fields(colors=colors.COLLISION, radii=CONTACT_RADIUS / 2)),
         ("world/forces/split", rr.Arrows3D.from_fields(colors=colors.FORCE, radii=CONTACT_RADIUS / 3)),
         ("world/forces/initial", rr.Arrows3D.from_fields(colors=colors.FORCE, radii=CONTACT_RADIUS / 3)),
-        ("metrics/ferrari_canny", rr.SeriesPoints(marker_sizes=4.0)),
     ):
         stream.log(entity, archetype, static=True)
+    for metric in available_metrics().values():
+        if metric.recorded_states:
+            stream.log(f"metrics/{metric.curve}", rr.SeriesPoints(marker_sizes=4.0), static=True)
     _log_parallel_grasp(stream, replayed)
 
 

@@ -6,7 +6,9 @@ import numpy as np
 import rerun as rr
 from numpy.typing import NDArray
 
-from fingersplit.contacts.metrics import WrenchSpace, ferrari_canny, isotropy, volume
+from fingersplit.contacts.metric import GraspState
+from fingersplit.contacts.metrics import available_metrics
+from fingersplit.contacts.wrench_space import WrenchSpace
 from fingersplit.hands.hand import Hand
 from fingersplit.objects.model import ObjectModel
 from fingersplit.recording import colors
@@ -21,8 +23,6 @@ CONE_HEIGHT = 0.018
 """Length of the drawn friction cones [m]."""
 NORMAL_LENGTH = 0.03
 """[m]"""
-FERRARI_CANNY_ROWS = 16
-"""It costs half a millisecond, so it is taken at so many states, spread evenly from the first to the last."""
 
 
 def record_planning(stream: rr.RecordingStream, trace: Trace, model: ObjectModel, hand: Hand, friction: float) -> None:
@@ -106,18 +106,19 @@ def _record_quality(stream: rr.RecordingStream, trace: Trace) -> None:
 
 
 def _record_metrics(stream: rr.RecordingStream, trace: Trace, model: ObjectModel, friction: float) -> None:
-    rows = np.arange(len(trace))
-    few = np.unique(np.linspace(0, len(rows) - 1, FERRARI_CANNY_ROWS).round().astype(np.int64))
-    spaces = [
-        WrenchSpace(contacts, normals, friction, model.center_of_mass, model.radius)
-        for contacts, normals in zip(trace.contacts, trace.normals, strict=True)
+    """Every metric at as many states as it asks for, spread evenly from the first to the last."""
+    states = [
+        GraspState(WrenchSpace(contacts, normals, friction, model.center_of_mass, model.radius), scores[:3])
+        for contacts, normals, scores in zip(trace.contacts, trace.normals, trace.scores, strict=True)
     ]
-    for entity, metric, chosen in (
-        ("metrics/Q_iso", isotropy, rows),
-        ("metrics/Q_vol", volume, rows),
-        ("metrics/ferrari_canny", ferrari_canny, few),
-    ):
-        _send(stream, entity, chosen, rr.Scalars.columns(scalars=[metric(spaces[row]) for row in chosen]))
+    for metric in available_metrics().values():
+        count = len(states) if metric.recorded_states is None else metric.recorded_states
+        rows = np.unique(np.linspace(0, len(states) - 1, count).round().astype(np.int64))
+        values = [metric.function(states[row]) for row in rows]
+        known = [value is not None for value in values]
+        if any(known):
+            scalars = rr.Scalars.columns(scalars=[value for value in values if value is not None])
+            _send(stream, f"metrics/{metric.curve}", rows[known], scalars)
 
 
 def _record_constraints(stream: rr.RecordingStream, trace: Trace, hand: Hand) -> None:

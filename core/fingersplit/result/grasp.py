@@ -26,6 +26,9 @@ __all__ = [
     "Pregrasp",
 ]
 
+GraspMetrics = dict[str, float | None]
+"""Every metric of a grasp by its name in ``contacts.metrics``."""
+
 
 @dataclass(frozen=True)
 class ParallelContacts:
@@ -72,30 +75,6 @@ class Contact:
         "Force of the finger on the object that carries its weight with gravity in the worst direction, object frame; "
         "null where none can. The grip that a simulation presses with is planned for the loads of its protocol and "
         "stands in `verification.grip`",
-        "N",
-    )
-
-
-@dataclass(frozen=True)
-class GraspMetrics:
-    """How good a grasp is; for every number more is better."""
-
-    holding_margin: float | None = described(
-        "Least friction force that a contact can still take while the fingers carry the object's weight, over all "
-        "tested gravity directions; negative when they cannot carry it, null when no forces balance it",
-        "N",
-    )
-    quality: float = described("What finger splitting climbs: Q = w1 Q_o + w2 Q_h, no unit")
-    object_quality: float = described("w1 Q_o: weight times twice the area of the contact triangle", "m^2")
-    manipulability: float = described(
-        "w2 Q_h: minus the weighted squared distance of the joints from mid-range, no unit"
-    )
-    isotropy: float = described("Smallest over largest singular value of the grasp matrix, 0 to 1")
-    volume: float = described(
-        "Volume of the wrench ellipsoid of unit contact forces, torques over the object's radius", "N^6"
-    )
-    ferrari_canny: float = described(
-        "Largest wrench resisted in every direction by normal forces of 1 N in total, torques over the object's radius",
         "N",
     )
 
@@ -163,7 +142,7 @@ class GraspResult:
     squeeze_joints: dict[str, float] = described(
         "Targets of position servos that press the pads on, by joint name", "rad"
     )
-    metrics: GraspMetrics = described("How good the grasp is")
+    metrics: GraspMetrics = described("Every metric of the grasp by name; null where it has no number for it")
     termination: Termination = described("Why the run ended")
     advice: str = described("What the termination means and what to try, in a sentence")
     iterations: Iterations = described("How many iterations the run took")

@@ -9,12 +9,13 @@ import inspect
 import re
 import sys
 from collections.abc import Iterator
-from dataclasses import MISSING, Field, fields, is_dataclass
+from dataclasses import MISSING, Field, fields, is_dataclass, make_dataclass
 from enum import Enum
 from pathlib import Path
 from types import NoneType, UnionType
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
+from fingersplit.contacts.metrics import available_metrics
 from fingersplit.objects.intake.report import CloudReport, IntakeReport
 from fingersplit.objects.options import ObjectOptions
 from fingersplit.objects.source import ObjectSource
@@ -38,7 +39,7 @@ from fingersplit.result.verification import (
     Verification,
     VerificationSummary,
 )
-from fingersplit.result.wire import Json, Quaternion, Vector3
+from fingersplit.result.wire import Json, Quaternion, Vector3, described
 from fingersplit.splitting.termination import Termination
 
 __all__ = ["client_modules", "write_client_modules"]
@@ -49,7 +50,6 @@ MODULE = "fingersplit.result.schema"
 WIDTH = 120
 _NAMES: dict[Any, str] = {
     BranchReport: "VerificationBranch",
-    GraspMetrics: "Metrics",
     GraspResult: "Grasp",
     GripReport: "VerificationGrip",
     InitialGrasp: "InitialState",
@@ -69,7 +69,6 @@ _CLASSES: dict[str, tuple[type, ...]] = {
         ParallelContacts,
         PalmPose,
         Contact,
-        GraspMetrics,
         Iterations,
         GraspTimings,
         Pregrasp,
@@ -94,7 +93,18 @@ _TITLES = {
 
 def client_modules() -> dict[str, str]:
     """The source of every generated module of the client's schemas, by its name."""
-    return {name: _module(name) for name in _CLASSES}
+    kinds = _CLASSES | {"plan": (_metrics(), *_CLASSES["plan"])}
+    return {name: _module(name, kinds) for name in kinds}
+
+
+def _metrics() -> type:
+    """A class with a field for every metric that is known here; documents of other versions may have more."""
+    described_metrics = [
+        (metric.name, float | None if metric.may_be_missing else float, described(metric.meaning, metric.unit))
+        for metric in available_metrics().values()
+    ]
+    doc = "Every metric of a grasp by its name; `GET /v1/metrics` says what each means and which way is better."
+    return make_dataclass("Metrics", described_metrics, namespace={"__doc__": doc, "open": True})
 
 
 def write_client_modules(folder: Path = SCHEMAS) -> None:
@@ -103,27 +113,28 @@ def write_client_modules(folder: Path = SCHEMAS) -> None:
         (folder / f"{name}.py").write_text(source)
 
 
-def _module(name: str) -> str:
+def _module(name: str, classes: dict[str, tuple[type, ...]]) -> str:
     alias, alias_doc = _ALIASES[name]
-    kinds = _CLASSES[name]
+    kinds = classes[name]
     public = "".join(f'    "{one}",\n' for one in sorted(map(_name, (alias, *kinds))))
     head = [
         f'"""{_TITLES[name]}\n\nWritten by ``python -m {MODULE}``; change the dataclasses there.\n"""\n',
         "from typing import Literal\n",
-        *_imports(name),
+        *_imports(name, classes),
         f"\n__all__ = [\n{public}]\n",
     ]
     body = [_alias(alias, alias_doc), *map(_schema, kinds)]
     return "\n".join(head) + "\n" + "\n\n\n".join(body) + "\n"
 
 
-def _imports(name: str) -> Iterator[str]:
+def _imports(name: str, classes: dict[str, tuple[type, ...]]) -> Iterator[str]:
     """The imports that a module needs."""
-    hints = [_type(hint) for kind in _CLASSES[name] for hint in get_type_hints(kind).values()]
+    hints = [_type(hint) for kind in classes[name] for hint in get_type_hints(kind).values()]
     used = {"Document", *re.findall(r"\w+", " ".join(hints))}
-    yield f"from pydantic import Field{', JsonValue' if 'JsonValue' in used else ''}\n"
+    config = "ConfigDict, " if any(hasattr(kind, "open") for kind in classes[name]) else ""
+    yield f"from pydantic import {config}Field{', JsonValue' if 'JsonValue' in used else ''}\n"
     modules: dict[str, list[str]] = {"base": ["Document", "Quaternion", "Vector3"]}
-    others = _WRITTEN_BY_HAND | _CLASSES
+    others = _WRITTEN_BY_HAND | classes
     modules |= {other: sorted(map(_name, kinds)) for other, kinds in others.items() if other != name}
     for module, known in modules.items():
         imported = [one for one in known if one in used]
@@ -142,6 +153,8 @@ def _schema(kind: type) -> str:
     doc = "\n\n".join(f"    {paragraph}".replace("\n", "\n    ") for paragraph in paragraphs).lstrip()
     end = '"""' if len(paragraphs) == 1 else '\n    """'
     lines = [f"class {_name(kind)}(Document):", f'    """{doc}{end}', ""]
+    if hasattr(kind, "open"):
+        lines += ['    model_config = ConfigDict(extra="allow")', "    __pydantic_extra__: dict[str, float | None]", ""]
     return "\n".join(lines + [_field(part, hints[part.name]) for part in fields(kind)])
 
 
@@ -189,7 +202,12 @@ def _argument(argument: str) -> Iterator[str]:
 
 def _type(hint: Any) -> str:
     """A type hint as the client writes it."""
-    for known, name in ((Vector3, "Vector3"), (Quaternion, "Quaternion"), (Json, "JsonValue")):
+    for known, name in (
+        (Vector3, "Vector3"),
+        (Quaternion, "Quaternion"),
+        (Json, "JsonValue"),
+        (GraspMetrics, "Metrics"),
+    ):
         if hint == known:
             return name
     origin, arguments = get_origin(hint), get_args(hint)

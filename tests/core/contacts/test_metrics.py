@@ -1,14 +1,19 @@
 """Grasp metrics: known values, invariances, and Ferrari-Canny against a search over disturbance directions."""
 
+import pathlib
+import re
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from fingersplit.contacts.assessment import assess
 from fingersplit.contacts.cones import cone_edges
-from fingersplit.contacts.metrics import WrenchSpace, ferrari_canny, isotropy, volume
+from fingersplit.contacts.holding import Holding
+from fingersplit.contacts.metric import GraspState
+from fingersplit.contacts.metrics import assess, available_metrics
+from fingersplit.contacts.wrench_space import WrenchSpace
 
 seeds = st.integers(0, 2**32 - 1)
 RADIUS = 0.04
@@ -18,6 +23,22 @@ def on_sphere(directions, friction: float = 0.6) -> WrenchSpace:
     directions = np.asarray(directions, dtype=float)
     normals = directions / np.linalg.norm(directions, axis=1, keepdims=True)
     return WrenchSpace(RADIUS * normals, normals, friction, np.zeros(3), RADIUS)
+
+
+def measure(name: str, space: WrenchSpace) -> float:
+    return available_metrics()[name].function(GraspState(space, np.zeros(3)))
+
+
+def isotropy(space: WrenchSpace) -> float:
+    return measure("isotropy", space)
+
+
+def volume(space: WrenchSpace) -> float:
+    return measure("volume", space)
+
+
+def ferrari_canny(space: WrenchSpace) -> float:
+    return measure("ferrari_canny", space)
 
 
 def equator(count: int = 3, friction: float = 0.6) -> WrenchSpace:
@@ -134,9 +155,13 @@ def test_ferrari_canny_is_the_weakest_direction(seed):
     assert weakest == pytest.approx(found, rel=0.03)
 
 
+def holding(margin: float) -> Holding:
+    return Holding(margin, np.array([0.0, 0.0, -1.0]), np.full(3, 0.6), None)
+
+
 def test_assessment_states_every_metric():
     space = random_space(np.random.default_rng(3))
-    document = assess(space, np.array([0.5, 0.7, -0.2, 0.0]), 1.5).to_document()
+    document = assess(GraspState(space, np.array([0.5, 0.7, -0.2, 0.0]), holding(1.5)))
     assert document == {
         "holding_margin": 1.5,
         "quality": 0.5,
@@ -149,6 +174,18 @@ def test_assessment_states_every_metric():
 
 
 @pytest.mark.parametrize(("margin", "stated"), [(-0.25, -0.25), (-np.inf, None)])
-def test_no_margin_at_all_is_none_in_documents(margin, stated):
-    metrics = assess(random_space(np.random.default_rng(3)), np.array([0.5, 0.7, -0.2, 0.0]), margin)
-    assert metrics.to_document()["holding_margin"] == stated
+def test_no_margin_at_all_is_none(margin, stated):
+    state = GraspState(random_space(np.random.default_rng(3)), np.array([0.5, 0.7, -0.2, 0.0]), holding(margin))
+    assert assess(state)["holding_margin"] == stated
+
+
+def test_every_metric_says_what_it_is():
+    known = pathlib.Path(__file__).parents[3].joinpath("REFERENCES.md").read_text()
+    for name, metric in available_metrics().items():
+        document = metric.to_document()
+        assert document["name"] == name == metric.name
+        assert document["meaning"].endswith(".")
+        assert metric.higher_is_better in (True, False)
+        keys = re.findall(r"\b[A-Z]\w+\d{4}\b", metric.source)
+        assert keys, metric
+        assert all(f"| {key} " in known for key in keys)

@@ -5,7 +5,7 @@ Written by ``python -m fingersplit.result.schema``; change the dataclasses there
 
 from typing import Literal
 
-from pydantic import Field, JsonValue
+from pydantic import ConfigDict, Field, JsonValue
 
 from fingersplit_client.schemas.base import Document, Quaternion, Vector3
 from fingersplit_client.schemas.objects import CloudReport, IntakeReport, ObjectOptions, ObjectSource
@@ -49,6 +49,31 @@ Termination = Literal[
 """Why a run of the planner ended."""
 
 
+class Metrics(Document):
+    """Every metric of a grasp by its name; `GET /v1/metrics` says what each means and which way is better."""
+
+    model_config = ConfigDict(extra="allow")
+    __pydantic_extra__: dict[str, float | None]
+
+    holding_margin: float | None = Field(
+        description="Least friction force that a contact can still take while the fingers carry the object's weight, "
+        "over all tested gravity directions [N]; negative when they cannot carry it, null when no forces balance it.",
+    )
+    quality: float = Field(description="What finger splitting climbs: Q = w1 Q_o + w2 Q_h, no unit.")
+    object_quality: float = Field(description="w1 Q_o: weight times twice the area of the contact triangle [m^2].")
+    manipulability: float = Field(
+        description="w2 Q_h: minus the weighted squared distance of the joints from mid-range, no unit."
+    )
+    isotropy: float = Field(description="Smallest over largest singular value of the grasp matrix, 0 to 1.")
+    volume: float = Field(
+        description="Volume of the wrench ellipsoid of unit contact forces, torques over the object's radius [N^6]."
+    )
+    ferrari_canny: float = Field(
+        description="Largest wrench resisted in every direction by normal forces of 1 N in total, torques over the "
+        "object's radius [N].",
+    )
+
+
 class ParallelGrasp(Document):
     """Two opposite contacts of a parallel-jaw gripper: what a finger-splitting run starts from."""
 
@@ -82,28 +107,6 @@ class Contact(Document):
         description="Force of the finger on the object that carries its weight with gravity in the worst direction, "
         "object frame [N]; null where none can. The grip that a simulation presses with is planned for the loads of "
         "its protocol and stands in `verification.grip`.",
-    )
-
-
-class Metrics(Document):
-    """How good a grasp is; for every number more is better."""
-
-    holding_margin: float | None = Field(
-        description="Least friction force that a contact can still take while the fingers carry the object's weight, "
-        "over all tested gravity directions [N]; negative when they cannot carry it, null when no forces balance it.",
-    )
-    quality: float = Field(description="What finger splitting climbs: Q = w1 Q_o + w2 Q_h, no unit.")
-    object_quality: float = Field(description="w1 Q_o: weight times twice the area of the contact triangle [m^2].")
-    manipulability: float = Field(
-        description="w2 Q_h: minus the weighted squared distance of the joints from mid-range, no unit."
-    )
-    isotropy: float = Field(description="Smallest over largest singular value of the grasp matrix, 0 to 1.")
-    volume: float = Field(
-        description="Volume of the wrench ellipsoid of unit contact forces, torques over the object's radius [N^6]."
-    )
-    ferrari_canny: float = Field(
-        description="Largest wrench resisted in every direction by normal forces of 1 N in total, torques over the "
-        "object's radius [N].",
     )
 
 
@@ -161,7 +164,7 @@ class Grasp(Document):
     squeeze_joints: dict[str, float] = Field(
         description="Targets of position servos that press the pads on, by joint name [rad]."
     )
-    metrics: Metrics = Field(description="How good the grasp is.")
+    metrics: Metrics = Field(description="Every metric of the grasp by name; null where it has no number for it.")
     termination: Termination = Field(description="Why the run ended.")
     advice: str = Field(description="What the termination means and what to try, in a sentence.")
     iterations: Iterations = Field(description="How many iterations the run took.")
