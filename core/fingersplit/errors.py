@@ -4,8 +4,8 @@ from collections.abc import Iterable
 
 __all__ = [
     "CacheError",
-    "ExchangeError",
     "FingersplitError",
+    "FormatError",
     "HandError",
     "MissingExtraError",
     "ObjectFileError",
@@ -79,8 +79,8 @@ class SettingsError(FingersplitError):
     """An unknown planner setting, or a value outside its range."""
 
 
-class ExchangeError(FingersplitError):
-    """A file or document of another tool's format that does not say what the format promises."""
+class FormatError(FingersplitError):
+    """A file of another tool that is not of its format, or a result that cannot be written in one."""
 
 
 class OutputError(FingersplitError):

@@ -1,31 +1,42 @@
-"""The command ``fingersplit export``."""
+"""The commands about files of other tools: list the formats, and write a result in one of them."""
 
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from fingersplit.cli.output import check_writable
+from fingersplit.cli.output import check_writable, new_table
 
-__all__ = ["export"]
+__all__ = ["export", "formats"]
 
 
 def export(
     result: Annotated[Path, typer.Argument(help="Result, as `plan --json` writes it.", exists=True, dir_okay=False)],
     output: Annotated[Path, typer.Option("--output", "-o", help="File to write.")],
-    export_format: Annotated[
-        str,
-        typer.Option(
-            "--format",
-            help="isaac_grasp, moveit, moveit_yaml, dexgraspbench, multi_gripper_grasp or dexgraspnet.",
-        ),
-    ],
-    rank: Annotated[int | None, typer.Option(help="Only the grasp of this rank; else all feasible ones.")] = None,
+    export_format: Annotated[str, typer.Option("--format", help="One that is written; see `fingersplit formats`.")],
+    rank: Annotated[
+        int | None, typer.Option(help="Only the grasp of this rank; else all that can be executed.", min=1)
+    ] = None,
 ) -> None:
-    """Write the feasible grasps of a result in the format of another tool."""
-    from fingersplit.formats import export as export_grasps
+    """Write the grasps of a result in the format of another tool."""
+    from fingersplit.formats import export_file
     from fingersplit.result import read_result
 
     check_writable(output)
-    output.write_bytes(export_grasps(read_result(result), export_format, rank=rank))
-    typer.echo(f"Wrote {export_format} to {output}.")
+    file = export_file(read_result(result), export_format, rank=rank)
+    output.write_bytes(file.content)
+    typer.echo(f"Wrote {output}. {file.message}")
+
+
+def formats() -> None:
+    """List the formats of other tools: what is read from them and written to them."""
+    from rich.console import Console
+
+    from fingersplit.formats import available_formats
+
+    columns = ("format", "file", "parallel grasps", "hand grasps", "export", "what it is")
+    table = new_table("File formats", dict.fromkeys(columns, "left"))
+    for name, one in available_formats().items():
+        uses = (one.read_parallel and "read", one.read_hand and "read", one.write and "written")
+        table.add_row(name, one.suffix, *(use or "" for use in uses), one.title)
+    Console().print(table)

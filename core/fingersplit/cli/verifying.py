@@ -27,7 +27,7 @@ def verify_stored(
     file: Annotated[
         Path,
         typer.Argument(
-            help="Result (.json), DexGraspBench sample (.npy) or Isaac grasp file (.yaml).",
+            help="Result, or a file of a format whose hand grasps are read; see `fingersplit formats`.",
             exists=True,
             dir_okay=False,
         ),
@@ -152,10 +152,10 @@ class _Stored:
 
     @classmethod
     def _from_other_tool(cls, file: Path, object_file: Path, unit: str, hand: str) -> Self:
-        from fingersplit.formats.stored_grasps import grasp_at, read_stored_grasps
+        from fingersplit.formats import grasp_at, read_hand_grasps
         from fingersplit.objects.loading import load_object
 
-        found = read_stored_grasps(file, hand)
+        found = read_hand_grasps(file, hand)
         model = load_object(object_file, unit=unit, scale=found.object_scale)
         grasps = tuple(_Named(one.name, grasp_at(model, found.hand, one.pose)) for one in found.grasps)
         return cls(found.hand, model, grasps, None)

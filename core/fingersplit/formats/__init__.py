@@ -1,5 +1,17 @@
-"""Grasps in the formats of other tools: a result document becomes their file, and their file becomes grasps."""
+"""Files of other tools: their grasps read, ours written; one module a format, and nothing else lists them."""
 
-from fingersplit.formats.export import EXPORT_FORMATS, ExportFormat, export
+from fingersplit.formats.exporting import ExportedFile, export, export_file
+from fingersplit.formats.hand_grasps import grasp_at, read_hand_grasps
+from fingersplit.formats.importing import import_parallel_grasps
+from fingersplit.formats.registry import available_formats, formats_that
 
-__all__ = ["EXPORT_FORMATS", "ExportFormat", "export"]
+__all__ = [
+    "ExportedFile",
+    "available_formats",
+    "export",
+    "export_file",
+    "formats_that",
+    "grasp_at",
+    "import_parallel_grasps",
+    "read_hand_grasps",
+]

@@ -1,80 +1,71 @@
-"""ACRONYM and GraspGen: poses of a Franka Panda gripper with the outcome of a simulation, as HDF5 and as JSON."""
+"""ACRONYM: poses of a Franka Panda gripper with the outcome of a simulation, as HDF5."""
 
 from typing import Any
 
-import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from fingersplit.errors import ParallelGraspError
-from fingersplit.formats.jaw_poses import JawPoses, check_transforms, numbers
+from fingersplit.errors import FormatError
+from fingersplit.formats.fields import numbers, transforms
+from fingersplit.formats.file_format import FileFormat, Request
+from fingersplit.formats.grippers import GRIPPERS, JawPoses, gripper_of
 
-__all__ = ["read_acronym", "read_graspgen", "recognises_acronym", "recognises_graspgen"]
+__all__ = ["ACRONYM", "poses_with_outcome"]
 
 OPENING = 0.082
 """Between the open fingers, which stand at x = +-0.041 m."""
-PANDA_NAMES = ("panda", "franka")
+OUTCOME = "grasps/qualities/flex/object_in_gripper"
 
 
-def recognises_acronym(file: h5py.File) -> bool:
-    """Whether an HDF5 file lists gripper poses as ACRONYM does."""
+def _recognises(file: Any) -> bool:
     return "grasps/transforms" in file
 
 
-def read_acronym(file: h5py.File, _object_name: str) -> JawPoses:
+def _read(file: Any, request: Request) -> JawPoses:
     """Poses of the gripper in the frame of the scaled mesh; those that dropped the object are known to fail."""
-    _check_gripper(_scalar(file, "gripper/type"))
-    transforms = check_transforms(_dataset(file, "grasps/transforms"), "grasps/transforms")
-    held = np.ones(len(transforms))
-    if "grasps/qualities/flex/object_in_gripper" in file:
-        held = numbers(
-            _dataset(file, "grasps/qualities/flex/object_in_gripper"), "object_in_gripper", (len(transforms),)
-        )
-    return _poses(transforms, held, _scalar(file, "object/scale"))
+    poses = transforms(_dataset(file, "grasps/transforms"), "grasps/transforms")
+    held = np.ones(len(poses))
+    if OUTCOME in file:
+        held = numbers(_dataset(file, OUTCOME), "object_in_gripper", (len(poses),))
+    return poses_with_outcome(poses, held, _scalar(file, "gripper/type"), _scalar(file, "object/scale"), request)
 
 
-def recognises_graspgen(document: Any) -> bool:
-    """Whether a JSON document lists gripper poses as GraspGen does."""
-    grasps = document.get("grasps") if isinstance(document, dict) else None
-    return isinstance(grasps, dict) and "transforms" in grasps
+def poses_with_outcome(
+    poses: NDArray[np.float64], held: NDArray[np.float64], gripper: object, scale: object, request: Request
+) -> JawPoses:
+    """Grippers that close along x and held or dropped the object, as ACRONYM and GraspGen list them."""
+    hint = ""
+    if scale is not None and float(numbers(scale, "object scale", ())) != 1.0:
+        hint = f"The grasps belong to the mesh times the file's object scale: give the mesh a scale of {scale}."
+    return JawPoses.of_gripper(
+        gripper_of(gripper, request.gripper) or GRIPPERS["panda"],
+        poses,
+        np.where(held > 0, 1.0, -1.0),
+        closing=0,
+        opening=OPENING,
+        scale=request.scale,
+        hint=hint,
+    )
 
 
-def read_graspgen(document: Any, _object_name: str) -> JawPoses:
-    """The same from GraspGen; where it names a gripper, that must be the Panda."""
-    gripper = document.get("gripper")
-    _check_gripper(gripper.get("name", gripper.get("type")) if isinstance(gripper, dict) else gripper)
-    transforms = check_transforms(document["grasps"]["transforms"], "grasps.transforms")
-    held = document["grasps"].get("object_in_gripper", [1] * len(transforms))
-    scale = document["object"].get("scale") if isinstance(document.get("object"), dict) else None
-    return _poses(transforms, numbers(held, "grasps.object_in_gripper", (len(transforms),)), scale)
-
-
-def _poses(transforms: NDArray[np.float64], held: NDArray[np.float64], scale: Any) -> JawPoses:
-    hint = "" if scale is None else f"The grasps belong to the mesh times the file's object scale of {scale}."
-    return JawPoses.of_panda(transforms, np.where(held > 0, 1.0, -1.0), opening=OPENING, closing=0, hint=hint)
-
-
-def _check_gripper(name: Any) -> None:
-    if name is not None and not any(known in str(name).lower() for known in PANDA_NAMES):
-        raise ParallelGraspError(
-            f"The grasps are for the gripper {name!r}, whose fingers are not known here; "
-            f"known: {', '.join(PANDA_NAMES)}."
-        )
-
-
-def _dataset(file: h5py.File, name: str) -> NDArray[Any]:
+def _dataset(file: Any, name: str) -> NDArray[Any]:
     entry = file[name]
-    if not isinstance(entry, h5py.Dataset):
-        raise ParallelGraspError(f"{name} of the HDF5 file is no dataset.")
+    if not hasattr(entry, "shape"):
+        raise FormatError(f"{name} of the HDF5 file is no dataset.")
     try:
         return np.asarray(entry[()])
     except (OSError, ValueError, MemoryError) as error:
-        raise ParallelGraspError(f"{name} of the HDF5 file cannot be read: {error}.") from error
+        raise FormatError(f"{name} of the HDF5 file cannot be read; the file is damaged.") from error
 
 
-def _scalar(file: h5py.File, name: str) -> Any:
+def _scalar(file: Any, name: str) -> Any:
     """A text or a number, None where the file has none."""
     if name not in file:
         return None
-    value = _dataset(file, name).item()
-    return value.decode(errors="replace") if isinstance(value, bytes) else value
+    value = _dataset(file, name)
+    if value.size != 1:
+        raise FormatError(f"{name} of the HDF5 file must be one value.")
+    return value.item().decode(errors="replace") if isinstance(value.item(), bytes) else value.item()
+
+
+ACRONYM = FileFormat("acronym", "ACRONYM HDF5", "hdf5", _recognises, read_parallel=_read)

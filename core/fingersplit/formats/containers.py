@@ -1,4 +1,4 @@
-"""What a file is before anyone asks which grasps it holds: JSON, YAML, HDF5 or .npy."""
+"""Kinds of files, before anyone asks which format they are: JSON, YAML, HDF5 and .npy, opened and written."""
 
 import json
 from collections.abc import Iterator
@@ -6,49 +6,100 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-import h5py
+from fingersplit.errors import FormatError
+from fingersplit.extras import extra
+from fingersplit.formats.pickled_npy import dump_npy, load_npy
 
-from fingersplit.errors import ParallelGraspError
-
-__all__ = ["opened"]
+__all__ = ["opened", "serialised"]
 
 MAX_TEXT = 200_000_000
 """Bytes; a JSON, YAML or .npy file beyond is refused."""
+UNKNOWN = "unknown"
 
 
 @contextmanager
 def opened(path: Path) -> Iterator[tuple[str, Any]]:
-    """Kind of a file and its content: ``json`` parsed, ``yaml`` and ``npy`` as bytes, ``hdf5`` as an open file.
+    """Kind of a file, a key of ``CONTAINERS`` or ``unknown``, and its content.
+
+    JSON and YAML are parsed, .npy is an array or what was pickled in it, HDF5 is an open file.
 
     Raises:
-        ParallelGraspError: The file cannot be read as what it seems to be.
+        FormatError: The file cannot be read as what it seems to be.
     """
     try:
         with path.open("rb") as stream:
             head = stream.read(8)
     except OSError as error:
-        raise ParallelGraspError(f"{path} cannot be read: {error.strerror}.") from error
+        raise FormatError(f"{path} cannot be read: {error.strerror}.") from error
     if head.startswith(b"\x89HDF"):
-        try:
-            file = h5py.File(path, "r")
-        except OSError as error:
-            raise ParallelGraspError(f"{path} is a damaged HDF5 file: {error}.") from error
-        with file:
+        with _hdf5(path) as file:
             yield "hdf5", file
         return
     if path.stat().st_size > MAX_TEXT:
-        raise ParallelGraspError(f"{path} has {path.stat().st_size} bytes; allowed: {MAX_TEXT}.")
-    data = path.read_bytes()
-    if head.startswith(b"\x93NUMPY"):
-        yield "npy", data
-    elif path.suffix.lower() in {".yaml", ".yml"} or data.lstrip().startswith(b"format:"):
-        yield "yaml", data
-    else:
-        yield "json", _parsed(path, data)
+        raise FormatError(f"{path} has {path.stat().st_size} bytes; allowed: {MAX_TEXT}.")
+    yield _parsed(path, path.read_bytes())
 
 
-def _parsed(path: Path, data: bytes) -> Any:
+def serialised(container: str, content: Any) -> bytes:
+    """The content of a file as its bytes."""
+    if container == "npy":
+        return dump_npy(content)
+    if container == "yaml":
+        with extra("formats"):
+            import yaml
+        return str(yaml.safe_dump(content, sort_keys=False)).encode()
+    return (json.dumps(content, indent=2, allow_nan=False) + "\n").encode()
+
+
+@contextmanager
+def _hdf5(path: Path) -> Iterator[Any]:
+    with extra("formats"):
+        import h5py
     try:
-        return json.loads(data)
-    except (json.JSONDecodeError, UnicodeDecodeError, RecursionError) as error:
-        raise ParallelGraspError(f"{path} is not JSON: {error}.") from error
+        file = h5py.File(path, "r")
+    except OSError as error:
+        raise FormatError(f"{path} is a damaged HDF5 file.") from error
+    with file:
+        yield file
+
+
+def _parsed(path: Path, data: bytes) -> tuple[str, Any]:
+    """By the first bytes and the ending; what opens like neither JSON nor YAML is unknown."""
+    if data.startswith(b"\x93NUMPY"):
+        return "npy", load_npy(data)
+    text = data.removeprefix(b"\xef\xbb\xbf")
+    suffix, start = path.suffix.lower(), text.lstrip()[:1]
+    if suffix not in {".yaml", ".yml"} and (suffix == ".json" or start in (b"{", b"[")):
+        return "json", _json(path, text)
+    if suffix in {".yaml", ".yml"} or start == b"#" or b"\nformat:" in b"\n" + text[:100_000]:
+        return "yaml", _yaml(path, text)
+    try:
+        return "json", json.loads(text)
+    except (ValueError, RecursionError):
+        return UNKNOWN, None
+
+
+def _json(path: Path, text: bytes) -> Any:
+    try:
+        return json.loads(text)
+    except UnicodeDecodeError as error:
+        raise FormatError(f"{path} is not JSON: it is not text in UTF-8.") from error
+    except json.JSONDecodeError as error:
+        raise FormatError(f"{path} is not JSON: {error.msg} in line {error.lineno}.") from error
+    except RecursionError as error:
+        raise FormatError(f"{path} is not JSON that can be read: it is nested too deeply.") from error
+
+
+def _yaml(path: Path, text: bytes) -> Any:
+    with extra("formats"):
+        import yaml
+    loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # ten times as fast where libyaml is there
+    try:
+        return yaml.load(text, loader)
+    except RecursionError as error:
+        raise FormatError(f"{path} is not YAML that can be read: it is nested too deeply.") from error
+    except (yaml.YAMLError, ValueError) as error:
+        mark = getattr(error, "problem_mark", None)
+        where = "" if mark is None else f" in line {mark.line + 1}"
+        problem = getattr(error, "problem", None) or "it is not plain data in UTF-8"
+        raise FormatError(f"{path} is not YAML: {problem}{where}.") from error

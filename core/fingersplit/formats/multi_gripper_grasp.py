@@ -1,19 +1,22 @@
 """MultiGripperGrasp files: JSON with one gripper, one object, poses and joint values side by side."""
 
-import json
+from typing import Any
 
-from fingersplit.formats.results import Results
+from fingersplit.formats.exporting import Export
+from fingersplit.formats.file_format import FileFormat
 
-__all__ = ["write_multi_gripper_grasp"]
+__all__ = ["MULTI_GRIPPER_GRASP"]
 
 
-def write_multi_gripper_grasp(results: Results) -> bytes:
+def _write(export: Export) -> dict[str, Any]:
     """``gripper, object_ID, pose`` (xyz [m], wxyz; palm in the object frame) and ``dofs`` [rad], one row a grasp."""
-    document = {
-        "gripper": results.hand.name,
-        "object_ID": results.object_name,
-        "pose": [[*grasp.grasp.position.tolist(), *grasp.grasp.wxyz.tolist()] for grasp in results.grasps],
-        "dofs": [grasp.grasp.joints.tolist() for grasp in results.grasps],
-        "fingersplit": results.provenance,
+    return {
+        "gripper": export.hand.name,
+        "object_ID": export.object_name,
+        "pose": [[*grasp.pose.position.tolist(), *grasp.pose.wxyz.tolist()] for grasp in export.grasps],
+        "dofs": [grasp.pose.joints.tolist() for grasp in export.grasps],
+        "fingersplit": export.origin,
     }
-    return (json.dumps(document, indent=2) + "\n").encode()
+
+
+MULTI_GRIPPER_GRASP = FileFormat("multi_gripper_grasp", "MultiGripperGrasp JSON", "json", write=_write)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.lib import format as npy_format
 
-from fingersplit.errors import ExchangeError
+from fingersplit.errors import FormatError
 
 __all__ = ["dump_npy", "load_npy"]
 
@@ -41,7 +41,7 @@ def load_npy(data: bytes) -> Any:
     """What such a file holds: an array of numbers, or the dict or list of dicts that was pickled.
 
     Raises:
-        ExchangeError: No .npy file, a truncated one, or one that holds anything but numbers, texts and their
+        FormatError: No .npy file, a truncated one, or one that holds anything but numbers, texts and their
             collections.
     """
     stream = io.BytesIO(data)
@@ -52,12 +52,12 @@ def load_npy(data: bytes) -> Any:
         if not dtype.hasobject:
             return np.load(io.BytesIO(data), allow_pickle=False)
         array = _Unpickler(stream).load()
-    except ExchangeError:
+    except FormatError:
         raise
     except Exception as error:  # unpickling damaged bytes raises whatever their damage leads to
-        raise ExchangeError(f"The file is no .npy file that can be read: {error}.") from error
+        raise FormatError(f"The file is no .npy file that can be read: {error}.") from error
     if not isinstance(array, np.ndarray) or array.shape != shape:
-        raise ExchangeError("The .npy file holds something else than its header says.")
+        raise FormatError("The .npy file holds something else than its header says.")
     return array.item() if array.ndim == 0 else array.tolist()
 
 
@@ -66,7 +66,7 @@ class _Unpickler(pickle.Unpickler):
 
     def find_class(self, module: str, name: str) -> Any:
         if (module, name) not in _HARMLESS:
-            raise ExchangeError(
+            raise FormatError(
                 f"The .npy file asks for {module}.{name} to be run; only numbers, texts and their collections are read."
             )
         return super().find_class(module, name)

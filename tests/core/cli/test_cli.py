@@ -9,7 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
+import yaml
 
+from fingersplit.formats import available_formats
 from fingersplit.formats.isaac_grasp import read_isaac_grasp
 from fingersplit_client.schemas import PlanResult
 
@@ -92,14 +94,14 @@ def test_result_is_exported(folder):
     if not (folder / "plan.json").exists():
         run("plan", "ball.stl", "--unit", "mm", "--starts", 8, "--seed", 3, "--json", "plan.json", cwd=folder)
     document = json.loads((folder / "plan.json").read_text())
-    feasible = [grasp for grasp in document["grasps"] if grasp["feasible"]]
+    executable = [grasp for grasp in document["grasps"] if grasp["feasible"] and grasp["pregrasp"]]
     finished = run("export", "plan.json", "--format", "isaac_grasp", "-o", "grasps.yaml", cwd=folder)
     assert (finished.returncode, finished.stderr) == (0, "")
-    assert finished.stdout == "Wrote isaac_grasp to grasps.yaml.\n"
-    file = read_isaac_grasp((folder / "grasps.yaml").read_bytes())
-    assert [grasp.joints for grasp in file.grasps] == [grasp["joints"] for grasp in feasible]
+    assert finished.stdout.startswith("Wrote grasps.yaml. Isaac grasp YAML: rank")
+    file = read_isaac_grasp(yaml.safe_load((folder / "grasps.yaml").read_bytes()))
+    assert [grasp.joints for grasp in file.grasps] == [grasp["joints"] for grasp in executable]
     for arguments, sentence in (
-        (("plan.json", "--format", "csv"), "Unknown export format 'csv'"),
+        (("plan.json", "--format", "csv"), "Unknown format 'csv'"),
         (("no.json", "--format", "moveit"), "no.json is not JSON"),
         (("plan.json", "--format", "moveit", "--rank", 999), "none of rank 999"),
     ):
@@ -217,3 +219,11 @@ def test_verify_refuses_other_objects_and_other_files(folder):
         assert finished.stdout == ""
         assert finished.stderr.startswith("Error: ")
         assert sentence in finished.stderr
+
+
+def test_formats_are_listed_from_the_registry(folder):
+    listed = run("formats", cwd=folder)
+    assert listed.returncode == 0
+    for name, one in available_formats().items():
+        (row,) = [line for line in listed.stdout.splitlines() if line.split()[:1] == [name]]
+        assert ("written" in row) == (one.write is not None)

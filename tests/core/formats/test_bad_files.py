@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 import yaml
 
-from fingersplit.errors import ParallelGraspError
-from fingersplit.formats.importing import import_parallel_grasps
+from fingersplit.errors import FormatError
+from fingersplit.formats import import_parallel_grasps
 
 POSE = np.eye(4).tolist()
 
 
 def refuse(path, model, name=None) -> str:
-    with pytest.raises(ParallelGraspError) as caught:
+    with pytest.raises(FormatError) as caught:
         import_parallel_grasps(path, model, name)
     message = str(caught.value)
     assert message.endswith(".")
@@ -58,9 +58,13 @@ def test_json(prepared, tmp_path, text, sentence):
     [
         ({"format_version": 2.0}, "format_version 2.0"),
         ({"grasps": {}}, "lists no grasps"),
-        ({"gripper_frame_link": "robotiq"}, "gripper frame 'robotiq' is not known"),
+        ({"gripper_frame_link": "robotiq"}, "for the gripper 'robotiq', whose jaws are not known here"),
+        ({"gripper_frame_link": None}, "does not name its gripper"),
         ({"grasps": {"g": {"position": [0, 0, 0]}}}, "g of the Isaac grasp file needs position"),
-        ({"grasps": {"g": {"position": [0, 0], "orientation": {"w": 1, "xyz": [0, 0, 0]}}}}, "needs position"),
+        (
+            {"grasps": {"g": {"position": [0, 0], "orientation": {"w": 1, "xyz": [0, 0, 0]}}}},
+            "position of g has the shape",
+        ),
     ],
 )
 def test_isaac(prepared, tmp_path, change, sentence):
@@ -80,7 +84,7 @@ def test_isaac(prepared, tmp_path, change, sentence):
         (np.zeros((2, 17)), "a positive width"),
         (np.full((1, 17), np.nan), "not finite"),
         (np.eye(17)[:2] * 0 + np.r_[np.ones(16), 0][None] * [[1], [1]] + np.eye(17)[[16, 0]], "grasps of 2 objects"),
-        (np.array([{"a": 1}]), "no .npy array of numbers"),
+        (np.array([{"a": 1}]), "in no known format"),
     ],
 )
 def test_graspnet(prepared, tmp_path, array, sentence):
@@ -115,6 +119,6 @@ def test_hdf5(prepared, tmp_path):
 
 def test_format_must_be_known_and_fit_the_file(prepared, tmp_path):
     (tmp_path / "g.json").write_text("[]")
-    assert "Unknown format 'grasp'; known: fingersplit" in refuse(tmp_path / "g.json", prepared("box"), "grasp")
+    assert "Unknown format 'grasp'; known: acronym, " in refuse(tmp_path / "g.json", prepared("box"), "grasp")
     assert "is a file of kind json; ACRONYM HDF5 needs hdf5" in refuse(tmp_path / "g.json", prepared("box"), "acronym")
     assert "cannot be read" in refuse(tmp_path / "nowhere.json", prepared("box"))

@@ -8,9 +8,9 @@ import pytest
 import yaml
 from scipy.spatial.transform import Rotation
 
-from fingersplit.errors import ExchangeError, ResultError
-from fingersplit.formats import EXPORT_FORMATS
+from fingersplit.errors import FormatError, ResultError
 from fingersplit.formats import export as export_result
+from fingersplit.formats import export_file, formats_that
 from fingersplit.formats.dexgraspbench import read_dexgraspbench
 from fingersplit.formats.isaac_grasp import read_isaac_grasp
 from fingersplit.formats.pickled_npy import dump_npy, load_npy
@@ -54,6 +54,9 @@ def document(barrett, template):
     return template | {"object": template["object"] | {"id": "0123abcd", "name": "mug"}, "grasps": grasps}
 
 
+EXPORT_FORMATS = formats_that("write")
+
+
 def export(document, name, **options):
     return export_result(PlanResult.from_dict(document), name, **options)
 
@@ -67,18 +70,18 @@ def pose_of(grasp):
 
 
 def test_isaac_grasp_round_trip(document, barrett):
-    file = read_isaac_grasp(export(document, "isaac_grasp"))
+    file = read_isaac_grasp(yaml.safe_load(export(document, "isaac_grasp")))
     assert (file.object_frame, file.gripper_frame, len(file.grasps)) == ("mug", "palm", 2)
     for read, grasp in zip(file.grasps, document["grasps"], strict=False):
         np.testing.assert_allclose(read.object_from_gripper, pose_of(grasp), atol=1e-12)
         assert read.joints == grasp["joints"]
         assert read.pregrasp_joints == grasp["pregrasp"]["joints"]
-        assert read.confidence == grasp["metrics"]["ferrari_canny"]
+    assert [read.confidence for read in file.grasps] == pytest.approx([1.0, 2 / 3])
 
 
 def test_dexgraspbench_round_trip(document, barrett):
     best = document["grasps"][0]
-    sample = read_dexgraspbench(export(document, "dexgraspbench"))
+    sample = read_dexgraspbench(load_npy(export(document, "dexgraspbench")))
     pose = [*best["palm"]["position"], *best["palm"]["wxyz"]]
     np.testing.assert_allclose(sample.grasp, [*pose, *joints_of(document, 1, barrett)])
     np.testing.assert_allclose(sample.squeeze, [*pose, *joints_of(document, 1, barrett, "squeeze_joints")])
@@ -89,7 +92,7 @@ def test_dexgraspbench_round_trip(document, barrett):
     np.testing.assert_array_equal(sample.approach[-1], sample.pregrasp)
     np.testing.assert_array_equal(sample.object_pose, [0, 0, 0, 1, 0, 0, 0])
     assert (sample.object_scale, sample.object_path, sample.joint_names) == (1.0, "mug", barrett.joint_names)
-    second = read_dexgraspbench(export(document, "dexgraspbench", rank=2))
+    second = read_dexgraspbench(load_npy(export(document, "dexgraspbench", rank=2)))
     np.testing.assert_allclose(second.grasp[:3], document["grasps"][1]["palm"]["position"])
 
 
@@ -160,10 +163,56 @@ def test_every_format_names_hand_hash_and_frames(document, name, barrett):
 
 
 @pytest.mark.parametrize("name", EXPORT_FORMATS)
-def test_documents_without_a_pregrasp_export_too(document, name):
-    for grasp in document["grasps"]:
-        grasp["pregrasp"] = None
-    assert export(document, name)
+def test_every_format_says_how_each_grasp_is_executed_and_how_good_it_is(document, name):
+    said = provenance(name, export(document, name))
+    count = 1 if formats_that("write")[name].one_grasp else 2
+    assert len(said["grasps"]) == count
+    for one, grasp in zip(said["grasps"], document["grasps"], strict=False):
+        assert one["rank"] == grasp["rank"]
+        assert one["metrics"] == grasp["metrics"]
+        assert one["squeeze_joints"] == grasp["squeeze_joints"]
+        assert one["pregrasp"]["joints"] == grasp["pregrasp"]["joints"]
+        assert one["pregrasp"]["palm"]["position"] == grasp["pregrasp"]["palm"]["position"]
+        assert one["approach"]["distance"] == pytest.approx(0.1)
+        assert one["approach"]["direction_in_hand_frame"] == pytest.approx([0, 0, 1], abs=1e-9)
+    qualities = [one["quality"] for one in said["grasps"]]
+    assert qualities == sorted(qualities, reverse=True)
+    assert qualities[0] == 1.0
+    left_out = {one["rank"]: one["reason"] for one in said["left_out"]}
+    assert left_out.keys() == ({2, 3} if count == 1 else {3})
+    assert left_out[3].startswith("not feasible")
+
+
+def test_tool_frame_stands_where_the_jaws_meet(document, barrett):
+    tool = provenance("moveit", export(document, "moveit"))["tool"]["hand_from_tool"]
+    rotation = rotation_from_wxyz(tool["wxyz"])
+    np.testing.assert_allclose(rotation, barrett.gripper.palm_from_gripper, atol=1e-12)
+    low, high = barrett.gripper.standoff
+    along = rotation[:, 2] @ tool["position"]
+    assert low <= along <= high
+
+
+def test_quality_falls_with_the_rank_whatever_the_metrics_say(document):
+    """The better Ferrari-Canny number is the one of rank 2."""
+    metrics = [grasp["metrics"]["ferrari_canny"] for grasp in document["grasps"]]
+    assert metrics[0] < metrics[1]
+    qualities = [message["grasp_quality"] for message in json.loads(export(document, "moveit"))["grasps"]]
+    assert 1.0 >= qualities[0] > qualities[1] > 0.0
+
+
+@pytest.mark.parametrize("name", EXPORT_FORMATS)
+def test_grasps_without_a_way_in_stay_behind_and_the_file_says_so(document, name):
+    document["grasps"][0]["pregrasp"] = None
+    file = export_file(PlanResult.from_dict(document), name)
+    said = provenance(name, file.content)
+    assert [grasp["rank"] for grasp in said["grasps"]] == [2]
+    assert {"rank": 1, "reason": said["left_out"][0]["reason"]} in said["left_out"]
+    assert "no collision-free straight way in" in said["left_out"][0]["reason"]
+    assert "rank 1: no collision-free" in file.message
+    assert export(document, name, rank=1), "asked for by its rank it goes out all the same"
+    document["grasps"][1]["pregrasp"] = None
+    with pytest.raises(FormatError, match="no grasp that can be executed: rank 1: no collision-free"):
+        export(document, name)
 
 
 def test_infeasible_grasps_go_out_only_when_asked_for(document):
@@ -171,13 +220,15 @@ def test_infeasible_grasps_go_out_only_when_asked_for(document):
     with pytest.raises(ResultError, match="has 3 grasps and none of rank 9"):
         export(document, "moveit", rank=9)
     document["grasps"] = document["grasps"][2:]
-    with pytest.raises(ExchangeError, match="holds no feasible grasp"):
+    with pytest.raises(FormatError, match="holds no grasp that can be executed: rank 3: not feasible"):
         export(document, "moveit")
 
 
 def test_unknown_formats_and_joints_are_refused(document):
-    with pytest.raises(ExchangeError, match="Unknown export format 'csv'; known: isaac_grasp, moveit"):
+    with pytest.raises(FormatError, match="Unknown format 'csv'; known: dexgraspbench, dexgraspnet, isaac_grasp, "):
         export(document, "csv")
+    with pytest.raises(FormatError, match="Unknown format 'acronym'"):  # which is only read
+        export(document, "acronym")
     del document["grasps"][0]["joints"]["finger1_spread"]
     with pytest.raises(ResultError, match="finger1_spread"):
         export(document, "moveit")
@@ -189,7 +240,7 @@ class Runs:
 
 
 def test_pickles_run_nothing(capsys):
-    with pytest.raises(ExchangeError, match=r"asks for builtins.print to be run"):
+    with pytest.raises(FormatError, match=r"asks for builtins.print to be run"):
         load_npy(dump_npy({"grasp_qpos": Runs()}))
     assert capsys.readouterr().out == ""
 
@@ -209,26 +260,29 @@ def test_arrays_of_any_age_are_read(protocol):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"grasp_qpos": np.zeros(5)}, "grasp_qpos of the DexGraspBench sample needs at least 7 finite numbers, got 5"),
-        ({"squeeze_qpos": np.zeros(9)}, "squeeze_qpos of the DexGraspBench sample needs 10 finite numbers, got 9"),
-        ({"obj_pose": "here"}, "obj_pose of the DexGraspBench sample is no row of numbers"),
-        ({"grasp_qpos": np.full(10, np.nan)}, "finite numbers"),
+        ({"grasp_qpos": np.zeros(5)}, "grasp_qpos of the DexGraspBench sample needs at least 7 numbers, got 5"),
+        (
+            {"squeeze_qpos": np.zeros(9)},
+            r"squeeze_qpos of the DexGraspBench sample has the shape \(9,\); it must be 10",
+        ),
+        ({"obj_pose": "here"}, "obj_pose of the DexGraspBench sample must be numbers"),
+        ({"grasp_qpos": np.full(10, np.nan)}, "not finite"),
     ],
 )
 def test_damaged_dexgraspbench_samples_are_refused(change, message):
     sample = {"obj_pose": np.zeros(7), "obj_scale": 1.0, "obj_path": "x", "grasp_qpos": np.zeros(10)}
-    assert read_dexgraspbench(dump_npy(sample)).joint_names is None
-    with pytest.raises(ExchangeError, match=message):
-        read_dexgraspbench(dump_npy({**sample, **change}))
+    assert read_dexgraspbench(sample).joint_names is None
+    with pytest.raises(FormatError, match=message):
+        read_dexgraspbench({**sample, **change})
     del sample["obj_path"]
-    with pytest.raises(ExchangeError, match="has no 'obj_path'"):
-        read_dexgraspbench(dump_npy(sample))
+    with pytest.raises(FormatError, match="has no 'obj_path'"):
+        read_dexgraspbench(sample)
 
 
 def test_bytes_that_are_no_npy_are_refused():
     whole = dump_npy({"a": np.arange(4.0)})
     for broken in (b"", b"\x93NUMPY", whole[:40], whole[:-5], b"PK" + whole):
-        with pytest.raises(ExchangeError):
-            read_dexgraspbench(broken)
-    with pytest.raises(ExchangeError, match="is a dict, this file holds"):
-        read_dexgraspbench(dump_npy([{"a": 1}]))
+        with pytest.raises(FormatError):
+            load_npy(broken)
+    with pytest.raises(FormatError, match="is a dict, this file holds"):
+        read_dexgraspbench([{"a": 1}])

@@ -9,8 +9,8 @@ import trimesh
 import yaml
 from scipy.spatial.transform import Rotation
 
-from fingersplit.errors import ParallelGraspError
-from fingersplit.formats.importing import IMPORT_FORMATS, import_parallel_grasps
+from fingersplit.errors import FormatError
+from fingersplit.formats import formats_that, import_parallel_grasps
 from fingersplit.objects.mesh import Mesh
 from fingersplit.objects.preparing import prepare_object
 
@@ -116,7 +116,7 @@ FILES = {
 
 
 def test_every_format_is_tried_here():
-    assert set(FILES) == set(IMPORT_FORMATS)
+    assert set(FILES) == set(formats_that("read_parallel"))
 
 
 @pytest.mark.parametrize("name", FILES)
@@ -166,7 +166,7 @@ def test_object_of_a_database_is_chosen_by_name(prepared, tmp_path):
     row = [0, 0, 0, 1, 0, 0, 0.06, 0.0, 0.01, 0.0]
     write_dexnet(tmp_path / "two.h5", [row], objects=("box", "bottle"))
     assert len(import_parallel_grasps(tmp_path / "two.h5", prepared("box")).grasps) == 1
-    with pytest.raises(ParallelGraspError, match=r"grasps of 2 objects \(bottle, box\); name the mesh file after"):
+    with pytest.raises(FormatError, match=r"grasps of 2 objects \(bottle, box\); name the mesh file after"):
         import_parallel_grasps(tmp_path / "two.h5", prepared("sphere"))
 
 
@@ -186,5 +186,5 @@ def test_acronym_sample_imports(objects_folder):
         assert widths.max() <= 0.082
         assert np.abs(model.mesh.trimesh.nearest.signed_distance(imported.grasps.contacts[:50, 0])).max() < 1e-6
         unscaled = prepare_object(Mesh(0.3 * scale * solid.vertices + 1.0, solid.faces), "mug")
-        with pytest.raises(ParallelGraspError, match=r"closes on the object.* object scale of 0.00026"):
+        with pytest.raises(FormatError, match=r"closes on the object.* object scale: give the mesh a scale of 0.00026"):
             import_parallel_grasps(path, unscaled)

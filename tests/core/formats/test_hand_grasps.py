@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+import yaml
 
-from fingersplit.errors import ExchangeError
-from fingersplit.formats import export
-from fingersplit.formats.stored_grasps import grasp_at, read_stored_grasps
+from fingersplit.errors import FormatError
+from fingersplit.formats import export, grasp_at, read_hand_grasps
 from fingersplit.planning.planning import plan
 
 
@@ -25,7 +25,7 @@ def files(found, tmp_path_factory):
 
 @pytest.mark.parametrize("name", ["best.npy", "all.yaml"])
 def test_best_grasp_comes_back(found, files, barrett, prepared, name):
-    stored = read_stored_grasps(files / name, "barrett")
+    stored = read_hand_grasps(files / name, "barrett")
     planned = found.grasps[0].for_hand(barrett)
     again = grasp_at(prepared("box"), stored.hand, stored.grasps[0].pose)
     np.testing.assert_allclose(again.object_from_palm, planned.object_from_palm, atol=1e-6)
@@ -38,5 +38,15 @@ def test_best_grasp_comes_back(found, files, barrett, prepared, name):
 
 
 def test_other_files_are_refused(files):
-    with pytest.raises(ExchangeError, match=r"ends in '\.txt'"):
-        read_stored_grasps(files / "no.txt", "barrett")
+    with pytest.raises(FormatError, match=r"no known format; known: DexGraspBench sample \.npy, Isaac grasp YAML"):
+        read_hand_grasps(files / "no.txt", "barrett")
+
+
+def test_a_file_without_joints_is_no_file_of_a_hand(files, tmp_path):
+    """GraspGen's data generation lists grasps with the joints before the grasp only."""
+    whole = yaml.safe_load((files / "all.yaml").read_bytes())
+    for grasp in whole["grasps"].values():
+        del grasp["cspace_position"]
+    (tmp_path / "before.yaml").write_text(yaml.safe_dump(whole | {"format_version": "1.0"}))
+    with pytest.raises(FormatError, match="cspace_position of grasp_0 does not say where joint 'finger1_"):
+        read_hand_grasps(tmp_path / "before.yaml", "barrett")

@@ -1,0 +1,62 @@
+"""Numbers of a file, checked once for all formats."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingersplit.errors import FormatError
+
+__all__ = ["RIGID", "check_count", "numbers", "transforms"]
+
+MAX_GRASPS = 100_000
+"""Grasps that one file may list."""
+RIGID = 1e-2
+"""Most that the columns of a rotation may miss unit length and right angles."""
+
+
+def check_count(count: int) -> None:
+    """Refuse a file that lists no grasp, or too many.
+
+    Raises:
+        FormatError: Such a file.
+    """
+    if not 1 <= count <= MAX_GRASPS:
+        raise FormatError(f"The file lists {count} grasps; allowed: 1 to {MAX_GRASPS}.")
+
+
+def numbers(value: object, name: str, shape: tuple[int | None, ...]) -> NDArray[np.float64]:
+    """Finite numbers of a shape, of which None entries may be any length.
+
+    Raises:
+        FormatError: Not numbers, another shape, or not finite.
+    """
+    try:
+        array = np.array(value, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise FormatError(f"{name} must be numbers in rows of one length.") from error
+    wanted = "x".join("n" if size is None else str(size) for size in shape) or "one number"
+    fits = array.ndim == len(shape) and all(
+        size is None or size == got for size, got in zip(shape, array.shape, strict=True)
+    )
+    if not fits:
+        raise FormatError(f"{name} has the shape {array.shape}; it must be {wanted}.")
+    if not np.isfinite(array).all():
+        raise FormatError(f"{name} holds numbers that are not finite.")
+    return array
+
+
+def transforms(value: object, name: str) -> NDArray[np.float64]:
+    """Rigid transforms (n, 4, 4).
+
+    Raises:
+        FormatError: They are none, or too many.
+    """
+    poses = numbers(value, name, (None, 4, 4))
+    check_count(len(poses))
+    gram = np.swapaxes(poses[:, :3, :3], 1, 2) @ poses[:, :3, :3]
+    bad = np.abs(gram - np.eye(3)).max(axis=(1, 2)) > RIGID
+    if bad.any():
+        raise FormatError(
+            f"{name}[{np.argmax(bad)}] is no rigid transform: its rotation's columns are not unit vectors at right "
+            f"angles."
+        )
+    return poses
