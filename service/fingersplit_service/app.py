@@ -10,6 +10,7 @@ from fastapi_offline import FastAPIOffline
 
 from fingersplit_service.endpoints import (
     batches,
+    catalogs,
     events,
     exports,
     grasps,
@@ -78,6 +79,7 @@ def create_app(settings: ServiceSettings | None = None, functions: WorkerFunctio
         events,
         batches,
         hands,
+        catalogs,
         sessions,
         health,
     ):

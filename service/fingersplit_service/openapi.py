@@ -28,6 +28,7 @@ TAGS = [
     {"name": "jobs", "description": "Plans: queued, run by a worker process, and kept."},
     {"name": "batches", "description": "Many jobs in one request."},
     {"name": "hands", "description": "Hands that can be planned for."},
+    {"name": "catalogs", "description": "Metrics, file formats and sources of parallel grasps that are known."},
     {"name": "sessions", "description": "For browsers, which keep a key in a cookie."},
     {"name": "health", "description": "For whoever operates the service."},
 ]

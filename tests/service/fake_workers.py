@@ -10,6 +10,7 @@ import threading
 import time
 from typing import Any
 
+from fingersplit.errors import FormatError
 from fingersplit_client.schemas import JobCreate, ParallelGraspsGenerate
 from fingersplit_service.jobs.outcome import JobOutcome, JobResultRow
 from fingersplit_service.jobs.planning import PlanTask
@@ -34,11 +35,37 @@ HAND = {
     "fingers": [{"name": "finger1", "joints": ["finger1_base"], "pad_radius": 0.01}],
     "joints": [{"name": "finger1_base", "lower": 0.0, "upper": 2.4}],
 }
+CATALOGS = {
+    "metrics": [
+        {
+            "name": "holding_margin",
+            "title": "margin",
+            "unit": "N",
+            "meaning": "A metric.",
+            "higher_is_better": True,
+            "source": "Kerr1986",
+            "in_tables": True,
+        }
+    ],
+    "formats": [
+        {
+            "name": "moveit",
+            "title": "MoveIt",
+            "suffix": ".json",
+            "media_type": "application/json",
+            "reads_parallel_grasps": False,
+            "reads_hand_grasps": False,
+            "writes": True,
+            "one_grasp": False,
+        }
+    ],
+    "sources": [{"name": name, "meaning": "A source."} for name in ("antipodal", "both", "surface_fitting")],
+}
 PICTURE = b"\x89PNG\r\n\x1a\n"
 
 
 def warm() -> WarmUpReport:
-    return WarmUpReport([HAND | {"name": how} for how in HOWS])
+    return WarmUpReport([HAND | {"name": how} for how in HOWS], catalogs=CATALOGS)
 
 
 def warm_and_report_niceness() -> WarmUpReport:
@@ -93,6 +120,8 @@ def render(storage: Storage, task: RenderTask) -> None:
 
 def convert(result: str, format_name: str, rank: int | None) -> ExportedFile:
     assert json.loads(result)["grasps"]
+    if format_name not in {"moveit", "isaac_grasp"}:
+        raise FormatError(f"Unknown format {format_name!r}; known: isaac_grasp, moveit.")
     return ExportedFile(json.dumps({"format": format_name, "rank": rank}).encode(), ".json", "application/json")
 
 

@@ -2,15 +2,13 @@
 
 import io
 import json
-from typing import get_args
 
 import httpx2
 import numpy as np
 import pytest
 from fake_workers import FINE
 
-from fingersplit.formats.importing import IMPORT_FORMATS
-from fingersplit_client.schemas import GraspFormat, ImportedGraspSet
+from fingersplit_client.schemas import ImportedGraspSet
 
 pytestmark = pytest.mark.anyio
 
@@ -35,10 +33,6 @@ async def send(api, data: bytes, filename: str, **fields: str) -> httpx2.Respons
     return await api.http.post(path, files={"file": (filename, data)}, data=fields)
 
 
-def test_every_format_of_the_planner_can_be_named():
-    assert set(get_args(GraspFormat)) == set(IMPORT_FORMATS)
-
-
 @pytest.mark.parametrize("fields", [{}, {"format": "graspnet"}])
 async def test_grippers_in_a_file_close_on_the_object(api, fields):
     response = await send(api, graspnet(3), "seen.npy", **fields)
@@ -49,6 +43,18 @@ async def test_grippers_in_a_file_close_on_the_object(api, fields):
     assert sorted(contact[0] for contact in kept.parallel_grasps[0].contacts) == pytest.approx([0, 0.05], abs=1e-6)
     stored = (await api.http.get(response.headers["Location"])).json()
     assert stored | {"message": kept.message} == response.json()
+
+
+async def test_a_scale_and_a_gripper_can_be_said(api):
+    kept = await send(
+        api, json.dumps([{**ACROSS, "contacts": [[0, 25, 25], [50, 25, 25]]}]).encode(), "mm.json", scale="0.001"
+    )
+    assert kept.status_code == 201, kept.text
+    assert kept.json()["parallel_grasps"][0]["contacts"] == ACROSS["contacts"]
+    refused = await send(api, graspnet(1), "seen.npy", gripper="claw")
+    assert (refused.status_code, refused.json()["detail"]) == (422, "Unknown gripper 'claw'; known: panda.")
+    for scale in ("0", "-1", "inf", "nan", "much"):
+        assert (await send(api, graspnet(1), "seen.npy", scale=scale)).status_code == 422
 
 
 async def test_our_own_json_is_a_file_too_and_jobs_start_from_it(api):

@@ -12,12 +12,20 @@ from fake_workers import FUNCTIONS
 from pydantic import ValidationError
 
 from fingersplit.objects.options import ObjectOptions as CoreOptions
-from fingersplit.parallel_grasps.sources import available_sources
 from fingersplit.splitting.settings import PlannerSettings
 from fingersplit.verification.controllers import CONTROLLERS
 from fingersplit.verification.protocols import available_protocols
-from fingersplit_client.schemas import ControllerName, ObjectOptions, Problem, ProtocolName, SourceName
+from fingersplit_client.schemas import (
+    ControllerName,
+    FileFormatInfo,
+    MetricInfo,
+    ObjectOptions,
+    Problem,
+    ProtocolName,
+    SourceInfo,
+)
 from fingersplit_service.app import create_app
+from fingersplit_service.jobs.worker_functions import _catalogs
 from fingersplit_service.settings import ServiceSettings
 
 pytestmark = pytest.mark.anyio
@@ -77,7 +85,6 @@ async def test_planner_settings_are_listed(schema):
 async def test_names_on_the_wire_are_those_of_the_planner():
     assert get_args(ProtocolName) == tuple(sorted(available_protocols()))
     assert get_args(ControllerName) == tuple(sorted(CONTROLLERS))
-    assert get_args(SourceName) == tuple(available_sources())
 
 
 async def test_options_have_the_planners_ranges():
@@ -154,3 +161,25 @@ async def test_before_the_workers_are_warm(tmp_path):
             response = await http.get(path)
             assert (response.status_code, response.headers["Retry-After"]) == (503, "1")
             assert Problem.model_validate_json(response.content).type == "urn:fingersplit:problem:not-ready"
+
+
+async def test_what_the_planner_knows_is_listed(api):
+    """The workers say what their registries hold; every document is of its schema."""
+    (metric,) = (await api.http.get("/v1/metrics")).json()
+    assert (metric["name"], metric["higher_is_better"]) == ("holding_margin", True)
+    assert [source["name"] for source in (await api.http.get("/v1/sources")).json()] == [
+        "antipodal",
+        "both",
+        "surface_fitting",
+    ]
+    assert [one["name"] for one in (await api.http.get("/v1/formats")).json()] == ["moveit"]
+
+
+def test_the_planners_registries_are_of_the_listed_schemas():
+    catalogs = _catalogs()
+    for kind, schema in (("metrics", MetricInfo), ("formats", FileFormatInfo), ("sources", SourceInfo)):
+        assert catalogs[kind]
+        for document in catalogs[kind]:
+            assert schema.model_validate(document).model_dump() == document
+    written = {one["name"] for one in catalogs["formats"] if one["writes"]}
+    assert {"isaac_grasp", "moveit", "dexgraspbench"} <= written

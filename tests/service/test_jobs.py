@@ -91,7 +91,7 @@ async def test_the_list_is_newest_first(api):
         ({"seed": -1}, "/seed", "0"),
         ({"protocol": "throw"}, "/protocol", "'six_direction'"),
         ({"controller": "glue"}, "/controller", "'virtual_frame'"),
-        ({"source": "dreams"}, "/source", "'surface_fitting'"),
+        ({"source": "dreams"}, "/source", "surface_fitting"),
         ({"planner": {"fidelity": "none"}}, "/planner", "paper"),
         ({"top_k": 101}, "/top_k", "100"),
         ({"speed": 2}, "/speed", "not permitted"),

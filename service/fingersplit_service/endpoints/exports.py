@@ -1,6 +1,6 @@
 """Results as files of other tools."""
 
-from typing import Annotated, Literal
+from typing import Annotated
 
 from fastapi import APIRouter, Path, Query, Response
 
@@ -9,10 +9,8 @@ from fingersplit_service.endpoints.documents import JobId
 from fingersplit_service.problems import ProblemKind, problem_answers
 from fingersplit_service.security.access import Reader
 
-__all__ = ["FormatName", "router"]
+__all__ = ["router"]
 
-FormatName = Literal["isaac_grasp", "moveit", "moveit_yaml", "dexgraspbench", "multi_gripper_grasp", "dexgraspnet"]
-"""The names of ``fingersplit.formats.EXPORT_FORMATS``, which only workers load."""
 router = APIRouter(tags=["jobs"])
 
 
@@ -28,10 +26,10 @@ async def export_job(
     results: Results,
     principal: Reader,
     job_id: JobId,
-    format_name: Annotated[FormatName, Path(description="The format.")],
-    rank: Annotated[int | None, Query(ge=1, description="Only this grasp; null for all feasible ones.")] = None,
+    format_name: Annotated[str, Path(description="A format of `GET /v1/formats` that is written.", max_length=64)],
+    rank: Annotated[int | None, Query(ge=1, description="Only this grasp; null for all that can be executed.")] = None,
 ) -> Response:
-    """The feasible grasps, best first, or one grasp, feasible or not."""
+    """The grasps that can be executed, best first, or one grasp, whatever is wrong with it."""
     file = await results.export(principal.owner, job_id, format_name, rank)
     headers = {"Content-Disposition": f'attachment; filename="{job_id}-{format_name}{file.suffix}"'}
     return Response(file.content, headers=headers, media_type=file.media_type)

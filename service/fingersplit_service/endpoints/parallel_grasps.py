@@ -5,7 +5,6 @@ from typing import Annotated
 from fastapi import APIRouter, File, Form, Path, Response, UploadFile
 
 from fingersplit_client.schemas import (
-    GraspFormat,
     ImportedGraspSet,
     ParallelGraspsCreate,
     ParallelGraspSet,
@@ -72,19 +71,25 @@ async def import_file(
     file: Annotated[
         UploadFile,
         File(
-            description="Dex-Net, ACRONYM, GraspGen, Isaac grasp, graspnetAPI or our own JSON, in the object's frame."
+            description="A file of a format whose parallel grasps are read (`GET /v1/formats`), in the object's frame."
         ),
     ],
     file_format: Annotated[
-        GraspFormat | None, Form(alias="format", description="Which of these it is; by default its content tells.")
+        str | None,
+        Form(alias="format", description="Name of its format; by default its content tells.", max_length=64),
     ] = None,
+    gripper: Annotated[
+        str | None,
+        Form(description="Gripper that its grasps are for, such as panda; by default what it says.", max_length=64),
+    ] = None,
+    scale: Annotated[float, Form(description="Factor from its lengths to metres.", gt=0, allow_inf_nan=False)] = 1.0,
     name: Annotated[
         str, Form(description="Name for people; by default that of the file.", max_length=200, pattern=PRINTABLE)
     ] = "",
 ) -> ImportedGraspSet:
     """Keep the parallel grasps in a file as a set; where it holds grippers, their jaws are closed on the object."""
     async with staged(storage, file) as path:
-        content = GraspFile(path, stem(file), file_format)
+        content = GraspFile(path, stem(file), file_format, gripper, scale)
         kept, message = await objects.import_grasps(principal.owner, object_id, name or stem(file), content)
     return ImportedGraspSet(message=message, **dict(_located(response, kept)))
 

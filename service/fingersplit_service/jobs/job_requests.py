@@ -18,7 +18,7 @@ from fingersplit_service.database.rows import NewJob
 from fingersplit_service.jobs.errors import InvalidField
 from fingersplit_service.jobs.hand_catalog import HandCatalog
 
-__all__ = ["check_grasps", "check_hand", "new_job"]
+__all__ = ["check_grasps", "check_hand", "check_source", "new_job"]
 
 _ID = re.compile(r"[A-Za-z0-9_-]{1,64}")
 _GRASPS = TypeAdapter(list[ParallelGraspDocument])
@@ -39,6 +39,7 @@ async def new_job(objects: ObjectStore, hands: HandCatalog, owner: str, request:
         WorkersNotReady: The hands are not known yet.
     """
     check_hand(hands, request.hand, prefix)
+    check_source(hands, request.source, prefix)
     if not _ID.fullmatch(request.object_id):
         detail = f"There is no object {request.object_id!r}; upload it to /v1/objects first."
         raise InvalidField(f"{prefix}/object_id", detail)
@@ -73,6 +74,18 @@ def check_hand(hands: HandCatalog, name: str, prefix: str = "") -> None:
     if name not in known:
         detail = f"Unknown hand {name!r}; known hands: {', '.join(known)}."
         raise InvalidField(f"{prefix}/hand", detail, valid=known)
+
+
+def check_source(hands: HandCatalog, name: str, prefix: str = "") -> None:
+    """Refuse a source of parallel grasps that is not known.
+
+    Raises:
+        InvalidField: It is not; the valid names are in it.
+    """
+    known = [source.name for source in hands.sources()]
+    if name not in known:
+        detail = f"Unknown source of parallel grasps {name!r}; known: {', '.join(known)}."
+        raise InvalidField(f"{prefix}/source", detail, valid=known)
 
 
 def check_grasps(grasps: Sequence[ParallelGraspDocument], prefix: str = "") -> None:

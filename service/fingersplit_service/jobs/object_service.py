@@ -10,7 +10,7 @@ from uuid import uuid4
 
 from pydantic import TypeAdapter
 
-from fingersplit.errors import FingersplitError, ObjectFileError, ParallelGraspError
+from fingersplit.errors import FingersplitError, FormatError, ObjectFileError, SettingsError
 from fingersplit_client.schemas import (
     ObjectInfo,
     ObjectLookup,
@@ -22,7 +22,7 @@ from fingersplit_client.schemas import (
 from fingersplit_service.database.objects import ObjectStore, StoredObject
 from fingersplit_service.jobs.errors import InvalidField, InvalidFile, NotFound, ObjectInUse, ResourceGone
 from fingersplit_service.jobs.hand_catalog import HandCatalog
-from fingersplit_service.jobs.job_requests import check_grasps, check_hand
+from fingersplit_service.jobs.job_requests import check_grasps, check_hand, check_source
 from fingersplit_service.jobs.worker_functions import GraspFile, Upload, WorkerFunctions
 from fingersplit_service.jobs.worker_pool import DeadlineExceeded, WorkerDied, WorkerPool
 from fingersplit_service.settings import ServiceSettings
@@ -142,6 +142,7 @@ class ObjectService:
         """
         await self._document(owner, object_id)
         check_hand(self._hands, request.hand)
+        check_source(self._hands, request.source)
         try:
             found = await self._pool.answer(
                 owner,
@@ -181,7 +182,7 @@ class ObjectService:
             found, message = await self._read_file(
                 owner, self._functions.import_grasps, object_id, object_name, file, object_id=object_id
             )
-        except ParallelGraspError as error:
+        except (FormatError, SettingsError) as error:
             raise InvalidFile(str(error)) from error
         kept = await self._keep(owner, object_id, "imported", name, _GRASPS.validate_python(found))
         return kept, message

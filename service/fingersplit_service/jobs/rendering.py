@@ -65,17 +65,17 @@ def best_rank(grasps: Sequence[dict[str, Any]]) -> int | None:
 
 
 def convert_result(result: str, format_name: str, rank: int | None) -> ExportedFile:
-    """Write a result document, JSON, in another tool's format; of one rank or of all feasible grasps.
+    """Write a result document, JSON, in another tool's format; of one rank or of all grasps that can be executed.
 
     Raises:
-        ExchangeError: The result has no grasp to write.
+        FormatError: Unknown format, or the result has no grasp to write.
         ResultError: The result is of another version, or has no such rank.
     """
-    from fingersplit.formats import EXPORT_FORMATS, export
+    from fingersplit.formats import export_file
     from fingersplit.result import PlanResult
 
-    chosen, stored = EXPORT_FORMATS[format_name], PlanResult.from_dict(json.loads(result))
-    return ExportedFile(export(stored, format_name, rank=rank), chosen.suffix, chosen.media_type)
+    file = export_file(PlanResult.from_dict(json.loads(result)), format_name, rank=rank)
+    return ExportedFile(file.content, file.suffix, file.media_type)
 
 
 def render_view(storage: Storage, task: RenderTask) -> None:

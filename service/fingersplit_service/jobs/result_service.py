@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from fingersplit.errors import ExchangeError, ResultError
+from fingersplit.errors import FormatError, ResultError
 from fingersplit_client.schemas import JobCreate
 from fingersplit_service.jobs.errors import InvalidField, NotFinished, NotFound, ResourceGone
 from fingersplit_service.jobs.job_service import JobService, JobView
@@ -109,7 +109,7 @@ class ResultService:
         arguments = self._functions.convert, job.result, format_name, rank
         try:
             return await self._pool.answer(owner, *arguments, deadline_s=self._settings.picture_deadline_s)
-        except (ExchangeError, ResultError) as error:
+        except (FormatError, ResultError) as error:
             raise InvalidField("/format_name", str(error)) from error
 
     async def _ended(self, owner: str, job_id: str) -> JobView:

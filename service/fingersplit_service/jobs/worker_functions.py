@@ -7,7 +7,7 @@ and starts fast. What goes in and comes out is plain and small; meshes and trace
 import gc
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -36,10 +36,17 @@ _MAX_GRASPS = 1024  # of one set
 
 @dataclass(frozen=True)
 class WarmUpReport:
-    """What a warm worker knows: the documents of the hands, and whether it had to compile kernels."""
+    """What a warm worker knows.
+
+    Attributes:
+        hands: The documents of the hands.
+        compiled: Whether it had to compile kernels.
+        catalogs: What the planner's registries hold, documents by ``metrics``, ``formats`` and ``sources``.
+    """
 
     hands: list[dict[str, Any]]
     compiled: bool = False
+    catalogs: dict[str, list[dict[str, Any]]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -63,11 +70,21 @@ class Upload:
 
 @dataclass(frozen=True)
 class GraspFile:
-    """An uploaded file of parallel grasps: where it is, what its sender calls it, its format if that was said."""
+    """An uploaded file of parallel grasps.
+
+    Attributes:
+        path: Where it is.
+        name: What its sender calls it.
+        format: Its format; None to go by its content.
+        gripper: The gripper that its grasps are for; None to go by what it says.
+        scale: Factor from its lengths to metres.
+    """
 
     path: Path
     name: str
     format: str | None
+    gripper: str | None = None
+    scale: float = 1.0
 
 
 def warm() -> WarmUpReport:
@@ -79,7 +96,20 @@ def warm() -> WarmUpReport:
     for hand in hands:
         compile_kernels(hand)
     gc.freeze()  # going through all that was loaded would take 0.2 s, in the middle of a job
-    return WarmUpReport([hand.to_document() for hand in hands], _has_compiled())
+    return WarmUpReport([hand.to_document() for hand in hands], _has_compiled(), _catalogs())
+
+
+def _catalogs() -> dict[str, list[dict[str, Any]]]:
+    from fingersplit.contacts.metrics import available_metrics
+    from fingersplit.formats import available_formats
+    from fingersplit.parallel_grasps.sources import available_sources
+
+    sources = available_sources().values()
+    return {
+        "metrics": [metric.to_document() for metric in available_metrics().values()],
+        "formats": [one.to_document() for one in available_formats().values()],
+        "sources": [{"name": source.name, "meaning": source.meaning} for source in sources],
+    }
 
 
 def _has_compiled() -> bool:
@@ -155,15 +185,16 @@ def import_grasps(
         The best of them as documents, and a sentence on what the file held.
 
     Raises:
-        ParallelGraspError: The file is not what it should be, or none of its grasps meets the object.
+        FormatError: The file is not what it should be, or none of its grasps meets the object.
     """
-    from fingersplit.errors import ParallelGraspError
-    from fingersplit.formats.importing import import_parallel_grasps
+    from fingersplit.errors import FormatError
+    from fingersplit.formats import import_parallel_grasps
 
+    model = prepared_object(storage, object_id, object_name)
     try:
-        found = import_parallel_grasps(file.path, prepared_object(storage, object_id, object_name), file.format)
-    except ParallelGraspError as error:
-        raise ParallelGraspError(str(error).replace(str(file.path), file.name)) from None
+        found = import_parallel_grasps(file.path, model, file.format, gripper=file.gripper, scale=file.scale)
+    except FormatError as error:
+        raise FormatError(str(error).replace(str(file.path), file.name)) from None
     kept = [grasp.to_document() for grasp in found.grasps[:_MAX_GRASPS]]
     left = f" The best {_MAX_GRASPS} were kept." if len(found.grasps) > _MAX_GRASPS else ""
     return kept, found.message + left

@@ -51,17 +51,20 @@ class ParallelGrasps(Resource[Mode], Generic[Mode]):
         file: "os.PathLike[str] | str | bytes | BinaryIO",
         *,
         file_format: GraspFormat | None = None,
+        gripper: str | None = None,
+        scale: float | None = None,
         name: str = "",
     ) -> Flow[ImportedGraspSet]:
         """Store the parallel grasps in a file that another tool wrote, or in the bytes of one; the best 1024 of them.
 
-        Its content tells the format unless ``file_format`` does, its name that of the set unless ``name`` does.
+        Its content tells the format unless ``file_format`` does, and the gripper unless ``gripper`` does; its name that
+        of the set unless ``name`` does. ``scale`` is the factor from its lengths to metres.
         """
         found: MeshFile = yield Work(lambda: read_file(file, "grasps"))
         response = yield from self._exchange(
             "POST",
             f"{_sets(object_id)}/import",
-            data=given(name=name, format=file_format),
+            data=given(name=name, format=file_format, gripper=gripper, scale=scale),
             files={"file": (found.filename, found.content, "application/octet-stream")},
         )
         return parse(ImportedGraspSet, response)

@@ -5,6 +5,7 @@ the frame of the uploaded mesh; quaternions are ``wxyz``. Surface normals point 
 """
 
 from fingersplit_client.schemas.base import Document, GraspFormat, Quaternion, SourceName, Unit, Vector3
+from fingersplit_client.schemas.catalogs import FileFormatInfo, MetricInfo, SourceInfo
 from fingersplit_client.schemas.jobs import (
     Batch,
     BatchCreate,
@@ -72,6 +73,7 @@ __all__ = [
     "Contact",
     "ControllerName",
     "Document",
+    "FileFormatInfo",
     "Grasp",
     "GraspCurve",
     "GraspFormat",
@@ -93,6 +95,7 @@ __all__ = [
     "JobState",
     "JobSummary",
     "JobVerification",
+    "MetricInfo",
     "Metrics",
     "ObjectInfo",
     "ObjectLookup",
@@ -117,6 +120,7 @@ __all__ = [
     "Readiness",
     "SessionCreate",
     "SessionInfo",
+    "SourceInfo",
     "SourceName",
     "Termination",
     "Unit",

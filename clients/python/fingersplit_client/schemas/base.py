@@ -12,10 +12,10 @@ Quaternion = tuple[float, float, float, float]
 """A unit quaternion, w first."""
 Unit = Literal["m", "mm", "cm", "in"]
 """Length units the file of an object may be written in."""
-SourceName = Literal["antipodal", "both", "surface_fitting"]
-"""Where parallel grasps can come from when none are given."""
-GraspFormat = Literal["acronym", "dexnet", "dexnet_service", "fingersplit", "graspgen", "graspnet", "isaac_grasp"]
-"""Formats of files that parallel grasps can be read from."""
+SourceName = str
+"""Where parallel grasps come from when none are given: a name of `GET /v1/sources`."""
+GraspFormat = str
+"""Format of a file that parallel grasps are read from: a name of `GET /v1/formats`."""
 
 
 class Document(BaseModel):

@@ -29,7 +29,7 @@ JobState = Literal["queued", "running", "succeeded", "failed", "cancelled"]
 """Where a job stands; the last three are final."""
 
 
-ProtocolName = Literal["gravity_six", "lift", "shake", "six_direction", "six_direction_hard"]
+ProtocolName = Literal["gravity_six", "lift", "lift_full", "shake", "six_direction", "six_direction_hard"]
 """What grasps can be tried with in simulation."""
 
 ControllerName = Literal["squeeze", "virtual_frame"]
@@ -51,7 +51,11 @@ class JobCreate(Document):
         description="Id of a stored set of parallel grasps of the object to start from, instead of giving them here.",
         max_length=64,
     )
-    source: SourceName = Field(default="antipodal", description="Where parallel grasps come from when none are given.")
+    source: SourceName = Field(
+        default="antipodal",
+        max_length=64,
+        description="Where parallel grasps come from when none are given: a name of `GET /v1/sources`.",
+    )
     starts: int = Field(default=64, ge=1, le=4096, description="How many starts to run at most.")
     seed: int = Field(
         default=0,

@@ -65,7 +65,9 @@ class ParallelGraspsGenerate(Document):
         le=1024,
         description="How many pairs of contacts to find at most; surface fitting finds up to two grasps for each.",
     )
-    source: SourceName = Field(default="antipodal", description="How they are found.")
+    source: SourceName = Field(
+        default="antipodal", max_length=64, description="How they are found: a name of `GET /v1/sources`."
+    )
     seed: int = Field(default=0, ge=0, lt=2**63, description="Seed of every random choice.")
     friction: float | None = Field(
         default=None,

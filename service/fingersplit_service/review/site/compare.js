@@ -3,7 +3,7 @@
 import * as api from "./api.js";
 import { qualityChart } from "./chart.js";
 import { card, find, h, report, show } from "./dom.js";
-import { METRICS, ago, brief, duration, exact, number, sentence, standing, took } from "./format.js";
+import { ago, brief, duration, exact, heading, number, sentence, standing, took } from "./format.js";
 
 const KEYS = ["first", "second"];
 const NAMES = ["Before", "After"];
@@ -12,7 +12,7 @@ async function load() {
   const asked = new URLSearchParams(location.search);
   const ids = [asked.get("a"), asked.get("b")];
   if (ids.some((id) => !id)) throw new Error("Choose two runs in the list of runs to compare them.");
-  const jobs = await Promise.all(ids.map(api.job));
+  const [known, ...jobs] = await Promise.all([api.metrics(), ...ids.map(api.job)]);
   jobs.sort((a, b) => new Date(a.created_at) - new Date(b.created_at));
   const unfinished = jobs.find((job) => !job.result);
   if (unfinished) throw new Error(`The run of ${unfinished.object_name} has no result to compare.`);
@@ -21,7 +21,7 @@ async function load() {
   const place = find("#comparison");
   place.append(
     h("div", { class: "pair" }, jobs.map(head)),
-    h("div", { class: "columns" }, card("Quality of the best grasps", { wide: true }, await curves(jobs, best)), card("Outcome", {}, metrics(jobs, best)), card("What was asked", {}, parameters(jobs))),
+    h("div", { class: "columns" }, card("Quality of the best grasps", { wide: true }, await curves(jobs, best)), card("Outcome", {}, metrics(jobs, best, known)), card("What was asked", {}, parameters(jobs))),
   );
   show(place);
 }
@@ -66,10 +66,10 @@ async function curves(jobs, best) {
   return series.length ? qualityChart(series, "Quality of the best grasps", true) : h("p", { class: "hint" }, "Neither run found a grasp.");
 }
 
-function metrics(jobs, best) {
+function metrics(jobs, best, known) {
   const value = (pick) => best.map((grasp) => (grasp ? pick(grasp) : null));
   const rows = [
-    ...METRICS.map(([name, label, unit]) => [`${label}${unit ? `, ${unit}` : ""}`, value((grasp) => grasp.metrics[name] ?? null), 1, number]),
+    ...known.map((metric) => [heading(metric), value((grasp) => grasp.metrics[metric.name] ?? null), metric.higher_is_better ? 1 : -1, number]),
     ["Largest pad tilt, rad", value((grasp) => Math.max(...grasp.contacts.map((contact) => contact.pad_angle))), -1, number],
     ["Q gained over the start", value((grasp) => grasp.metrics.quality - grasp.initial.quality), 1, number],
     ["Feasible starts", jobs.map((job) => job.result.summary.feasible), 1, String],

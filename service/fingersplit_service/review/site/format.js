@@ -64,12 +64,5 @@ export function standing(job) {
   return ["", sentence(job.state)];
 }
 
-export const METRICS = [
-  ["holding_margin", "Holding margin", "N"],
-  ["ferrari_canny", "Ferrari-Canny", "N"],
-  ["quality", "Quality Q", ""],
-  ["object_quality", "Area term", "m²"],
-  ["manipulability", "Joint term", ""],
-  ["isotropy", "Isotropy", ""],
-  ["volume", "Wrench volume", "N⁶"],
-];
+// A metric of `GET /v1/metrics` as a heading.
+export const heading = (metric) => `${metric.title[0].toUpperCase()}${metric.title.slice(1)}${metric.unit ? `, ${metric.unit.replace("^2", "²").replace("^6", "⁶")}` : ""}`;

@@ -3,24 +3,19 @@
 import * as api from "./api.js";
 import { qualityChart } from "./chart.js";
 import { card, facts, find, forgive, h, report, show } from "./dom.js";
-import { METRICS, duration, exact, number, sentence, standing, took, words } from "./format.js";
+import { duration, exact, heading, number, sentence, standing, took, words } from "./format.js";
 import { invite } from "./recording.js";
 
-const FORMATS = {
-  isaac_grasp: "Isaac grasps",
-  moveit: "MoveIt, JSON",
-  moveit_yaml: "MoveIt, YAML",
-  dexgraspbench: "DexGraspBench",
-  multi_gripper_grasp: "MultiGripperGrasp",
-  dexgraspnet: "DexGraspNet",
-};
 const id = location.pathname.split("/").at(-1);
 const quality = h("div");
 const details = h("div");
 const downloads = h("ul", { class: "downloads" });
+let metrics = [];
+let formats = [];
 
 async function load() {
-  let job = await api.job(id);
+  let job;
+  [job, metrics, formats] = await Promise.all([api.job(id), api.metrics(), api.formats()]);
   draw(job);
   if (!api.hasEnded(job.state)) {
     job = await api.follow(id, drawHead);
@@ -63,8 +58,7 @@ function drawHead(job) {
   find(".lead").textContent = job.result?.summary.message ?? job.error?.detail ?? `${sentence(job.state)} since ${exact(job.started_at ?? job.created_at)}.`;
   const result = job.result;
   const tiles = [
-    ["Holding margin", h("span", {}, number(result?.grasps[0]?.metrics.holding_margin), h("small", {}, " N"))],
-    ["Ferrari-Canny", h("span", {}, number(result?.grasps[0]?.metrics.ferrari_canny), h("small", {}, " N"))],
+    ...metrics.filter((metric) => metric.in_tables).map((metric) => [heading(metric), h("span", {}, number(result?.grasps[0]?.metrics[metric.name]))]),
     ["Feasible starts", result ? h("span", {}, result.summary.feasible, h("small", {}, ` of ${result.summary.started}`)) : "–"],
     ["Held in simulation", result ? (job.request?.verified ? job.verified : h("small", {}, "not asked for")) : "–"],
     ["Planning", duration(result?.timings_ms.total)],
@@ -75,14 +69,14 @@ function drawHead(job) {
 }
 
 function grasps(job) {
-  const numeric = new Set(["Holding margin, N", "Ferrari-Canny, N", "Q", "Isotropy", "Volume, N⁶", "Pad angle, rad", "CPO / PPO"]);
+  const numeric = new Set([...metrics.map(heading), "Pad angle, rad", "CPO / PPO"]);
   const heads = ["Rank", "Feasible", "Verified", ...numeric, "Ended"];
   const rows = job.result.grasps.map((grasp) => {
     const choose = (event) => {
       select(job, grasp);
       if (event.detail) event.currentTarget.querySelector("button").focus();
     };
-    const { metrics, iterations } = grasp;
+    const { iterations } = grasp;
     const tilt = Math.max(...grasp.contacts.map((contact) => contact.pad_angle));
     return h(
       "tr",
@@ -90,7 +84,7 @@ function grasps(job) {
       h("td", {}, h("button", { type: "button", "aria-pressed": "false", "aria-label": `Show grasp ${grasp.rank}` }, String(grasp.rank))),
       h("td", {}, h("span", { class: `badge ${grasp.feasible ? "good" : "warn"}` }, grasp.feasible ? "yes" : "no")),
       h("td", {}, verdict(grasp.verification)),
-      ...[metrics.holding_margin, metrics.ferrari_canny, metrics.quality, metrics.isotropy, metrics.volume].map((value) => h("td", { class: "number" }, number(value))),
+      ...metrics.map(({ name }) => h("td", { class: "number" }, number(grasp.metrics[name]))),
       h("td", { class: "number" }, tilt.toFixed(2)),
       h("td", { class: "number" }, `${iterations.cpo} / ${iterations.ppo}`),
       h("td", {}, words(grasp.termination)),
@@ -142,7 +136,7 @@ function graspDetails(grasp) {
     facts([
       ["Palm, mm", millimetres(grasp.palm.position)],
       ["Palm, wxyz", grasp.palm.wxyz.map((value) => value.toFixed(4)).join(", ")],
-      ...METRICS.map(([name, label, unit]) => [label, `${number(grasp.metrics[name], 4)} ${unit}`]),
+      ...metrics.map((metric) => [heading(metric), number(grasp.metrics[metric.name], 4)]),
       ["Q at the start", number(grasp.initial.quality, 4)],
     ]),
     more("Joints", table(["Joint", "rad", "deg"], Object.entries(grasp.joints).map(([name, angle]) => [name, angle.toFixed(4), ((angle * 180) / Math.PI).toFixed(1)]))),
@@ -209,7 +203,7 @@ function offer(job, grasp) {
     );
   }
   if (job.result?.summary.feasible) {
-    files.push(...Object.entries(FORMATS).map(([format, label]) => link(label, api.links.exported(id, format), "")));
+    files.push(...formats.filter((format) => format.writes).map(({ name, title }) => link(title, api.links.exported(id, name), "")));
   }
   downloads.replaceChildren(...files);
 }

@@ -1,0 +1,31 @@
+"""What the planner knows beside hands: metrics, file formats and sources of parallel grasps."""
+
+from fastapi import APIRouter
+
+from fingersplit_client.schemas import FileFormatInfo, MetricInfo, SourceInfo
+from fingersplit_service.dependencies import Hands
+from fingersplit_service.problems import ProblemKind, problem_answers
+from fingersplit_service.security.access import Reader
+
+__all__ = ["router"]
+
+router = APIRouter(tags=["catalogs"])
+_PROBLEMS = problem_answers(ProblemKind.NOT_READY)
+
+
+@router.get("/v1/metrics", summary="List the metrics of a grasp", responses=_PROBLEMS)
+async def list_metrics(catalog: Hands, _principal: Reader) -> list[MetricInfo]:
+    """Every metric that grasps have in `metrics`, with unit, meaning and which way is better."""
+    return catalog.metrics()
+
+
+@router.get("/v1/formats", summary="List the file formats", responses=_PROBLEMS)
+async def list_formats(catalog: Hands, _principal: Reader) -> list[FileFormatInfo]:
+    """Every file format of other tools, and whether it is read or written."""
+    return catalog.formats()
+
+
+@router.get("/v1/sources", summary="List the sources of parallel grasps", responses=_PROBLEMS)
+async def list_sources(catalog: Hands, _principal: Reader) -> list[SourceInfo]:
+    """Every way to find parallel grasps when a job brings none."""
+    return catalog.sources()
