@@ -49,7 +49,7 @@ def unpack(data: bytes, folder: Path) -> None:
         archive = zipfile.ZipFile(io.BytesIO(data))
     except (zipfile.BadZipFile, ValueError, NotImplementedError) as error:
         raise HandError(f"The archive is no zip file: {error}.") from error
-    members = [member for member in archive.infolist() if not member.is_dir()]
+    members = [member for member in archive.infolist() if not member.filename.endswith("/")]
     if len(members) > MAX_FILES:
         raise HandError(f"The archive holds {len(members)} files; at most {MAX_FILES} are taken.")
     paths = [_path(member) for member in members]

@@ -6,6 +6,7 @@ from itertools import combinations
 
 import mujoco
 import numpy as np
+import trimesh
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
@@ -26,6 +27,9 @@ ELLIPSOID, MESH = int(mujoco.mjtGeom.mjGEOM_ELLIPSOID), int(mujoco.mjtGeom.mjGEO
 
 CONVEX_PIECES, PIECE_VERTICES, VOXELS, VOLUME_ERROR = 8, 64, 30_000, 4.0
 """Most convex pieces of a mesh, most vertices of one, V-HACD's voxels, and the percentage of volume pieces may add."""
+
+NEARLY_CONVEX = 0.85
+"""A mesh that fills this share of its hull is taken for its hull."""
 
 SHAPES_A_LINK, SHAPES_OF_PALM = 2, 4
 FULL, GAIN = 0.8, 0.92
@@ -201,6 +205,9 @@ def _convex_pieces(vertices: Array, faces: NDArray[np.int64]) -> list[tuple[Arra
     if hull is None:
         return [(vertices, faces)]
     own = [_outward(vertices, hull)]
+    mesh = trimesh.Trimesh(vertices, faces)
+    if mesh.is_watertight and mesh.volume > NEARLY_CONVEX * hull.volume:
+        return own
     with extra("verify"):
         import vhacdx
     found = vhacdx.compute_vhacd(
@@ -214,7 +221,7 @@ def _convex_pieces(vertices: Array, faces: NDArray[np.int64]) -> list[tuple[Arra
     )
     pieces = [_hull(np.asarray(piece, np.float64)) for piece, _ in found]
     volume = sum(piece.volume for piece in pieces if piece is not None)
-    if len(found) < 2 or None in pieces or volume > 0.85 * hull.volume:
+    if len(found) < 2 or None in pieces or volume > NEARLY_CONVEX * hull.volume:
         return own
     return [
         _outward(np.asarray(piece, np.float64), solid) for (piece, _), solid in zip(found, pieces, strict=True) if solid

@@ -164,7 +164,7 @@ def read_description(text: str, origin: str) -> HandDescription:
     """
     try:
         return HandDescription.model_validate(tomllib.loads(text))
-    except tomllib.TOMLDecodeError as error:
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
         raise HandError(f"{origin} is not TOML: {error}.") from error
     except ValidationError as error:
         raise HandError(f"{origin}: {'; '.join(map(_fault, error.errors()))}.") from error

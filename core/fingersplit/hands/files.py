@@ -10,6 +10,7 @@ from pathlib import Path
 from fingersplit.errors import HandError, UnknownHandError
 from fingersplit.hands.archive import unpack
 from fingersplit.hands.description import HandDescription, read_description
+from fingersplit.hands.public_hands import described_hands, find_public_hand
 
 __all__ = ["DESCRIPTION", "HandFiles", "available_hands", "find_hand", "find_models"]
 
@@ -40,7 +41,8 @@ def find_hand(source: str | Path) -> HandFiles:
     """Files of a hand.
 
     Args:
-        source: Name of a hand that ships, a folder with ``hand.toml``, or a zip of one.
+        source: Name of a hand that ships, a folder with ``hand.toml``, or a zip of one; or NAME@FOLDER for a model of
+            the user whose description ships.
 
     Raises:
         UnknownHandError: Neither a name nor anything on disk.
@@ -48,6 +50,9 @@ def find_hand(source: str | Path) -> HandFiles:
     """
     if isinstance(source, str) and source in available_hands():
         return _read_folder(_FOLDER / source, source, _FOLDER)
+    name, _, folder = str(source).partition("@")
+    if name in described_hands() and not Path(source).exists():
+        return _read_public(name, folder or None)
     path = Path(source)
     if path.is_dir():
         return _read_folder(path, path.resolve().name)
@@ -77,13 +82,27 @@ def _read_folder(folder: Path, name: str, whole: Path | None = None) -> HandFile
         models = [str(model.relative_to(folder)) for model in find_models(folder)]
         hint = f"; `fingersplit hand draft {models[0]} -o DIR` proposes one" if models and not places else ""
         raise HandError(f"{name} holds {what} {DESCRIPTION}{hint}.")
-    text = places[0].read_text()
+    try:
+        text = places[0].read_text("utf-8")
+    except UnicodeDecodeError as error:
+        raise HandError(f"{name}/{DESCRIPTION} is not UTF-8 text: {error.reason}.") from error
     description = read_description(text, f"{name}/{DESCRIPTION}")
     root = places[0].parent
     model = (root / description.model).resolve()
     if not model.is_relative_to((whole or root).resolve()) or not model.is_file():
         raise HandError(f"{name}/{DESCRIPTION}: the model {description.model!r} is not a file beside it.")
     return HandFiles(name, root, model, description, _digest(text, model, model.parent))
+
+
+def _read_public(name: str, folder: str | None) -> HandFiles:
+    """A hand whose description ships and whose model the user has."""
+    place, root = find_public_hand(name, folder)
+    text = place.read_text()
+    description = read_description(text, place.name)
+    model = root / description.model
+    if not model.is_file():
+        raise HandError(f"{name}: the model {description.model!r} is not in {root}.")
+    return HandFiles(name, root, model, description, _digest(text, model, root))
 
 
 @cache

@@ -2,10 +2,11 @@
 
 import math
 from dataclasses import dataclass
-from itertools import combinations
+from itertools import combinations, product
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import binary_dilation
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
@@ -20,6 +21,10 @@ WIDTHS = np.arange(0.02, 0.125, 0.01)
 """Openings at which opposition is counted [m]."""
 TOLERANCE, ANGLE = 0.008, 0.5
 """A pad is where it should be within this distance [m] and angle [rad]."""
+ASIDE = 0.04
+"""[m]; two pads that face each other may stand so far aside: a finger opposes the gap between two others, too."""
+GROWN, FEW = (0, 1, 2), 20
+"""Cells by which the places of pads are grown, one after the other, until so many jaw centres are found."""
 TILTS = np.deg2rad([-48, -36, -24, -12, 0, 12, 24, 36, 48])
 LATERAL_TILTS = np.deg2rad([-36, -24, -12, 0, 12, 24, 36])
 ROLLS = np.deg2rad([-30, 0, 30])
@@ -83,13 +88,13 @@ def opposition(pads: list[PadSamples]) -> tuple[Array, dict[tuple[int, int], Arr
     """
     count = len(pads)
     shares, pairs = np.zeros((count, count)), {}
-    trees = [cKDTree(np.hstack([pad.contacts / TOLERANCE, pad.normals / ANGLE])) for pad in pads]
+    trees = [cKDTree(np.hstack([pad.contacts / ASIDE, pad.normals / ANGLE])) for pad in pads]
     for i, j in combinations(range(count), 2):
         found = []
         chosen = slice(0, 6000)
         contacts, normals = pads[i].contacts[chosen], pads[i].normals[chosen]
         for width in WIDTHS[1::3]:
-            target = np.hstack([(contacts + width * normals) / TOLERANCE, -normals / ANGLE])
+            target = np.hstack([(contacts + width * normals) / ASIDE, -normals / ANGLE])
             distance, _ = trees[j].query(target, distance_upper_bound=1.0)
             hit = np.isfinite(distance)
             found.append(np.hstack([contacts[hit] + width / 2 * normals[hit], -normals[hit]]))
@@ -130,14 +135,15 @@ def find_jaws(
         ahead = middle - (middle @ jaw) * jaw
     ahead /= np.linalg.norm(ahead)
     base = np.column_stack([np.cross(jaw, ahead), jaw, ahead])
+    turns = [Rotation.from_euler("xzy", angles).as_matrix() for angles in product(TILTS, LATERAL_TILTS, ROLLS)]
     best: Jaws | None = None
-    for tilt in TILTS:
-        for lateral in LATERAL_TILTS:
-            for roll in ROLLS:
-                rotation = base @ Rotation.from_euler("xzy", [tilt, lateral, roll]).as_matrix()
-                found = _best_cells(pads, fingers, rotation, middle)
-                if found is not None and (best is None or found.score > best.score):
-                    best = found
+    for grown in GROWN:
+        for turn in turns:
+            found = _best_cells(pads, fingers, base @ turn, middle, grown)
+            if found is not None and (best is None or found.score > best.score):
+                best = found
+        if best is not None and best.score >= FEW:
+            break
     return best
 
 
@@ -151,16 +157,17 @@ def _mode(directions: Array) -> Array:
 
 
 def _best_cells(
-    pads: list[PadSamples], fingers: tuple[tuple[int, ...], tuple[int, ...]], rotation: Array, middle: Array
+    pads: list[PadSamples], fingers: tuple[tuple[int, ...], tuple[int, ...]], rotation: Array, middle: Array, grown: int
 ) -> Jaws | None:
     """Centre, openings and standoffs in one frame, by shifting grids of where each pad can be over each other."""
     origin = middle @ rotation
     grids = {}
     for side, group in ((-1.0, fingers[0]), (1.0, fingers[1])):
         for f in group:
-            grids[f] = _occupied(pads[f], rotation, side, origin)
-            if not grids[f].any():
+            grid = _occupied(pads[f], rotation, side, origin)
+            if not grid.any():
                 return None
+            grids[f] = binary_dilation(grid, iterations=grown) if grown else grid
     best: Jaws | None = None
     for spacing in SPACINGS if max(map(len, fingers)) > 1 else SPACINGS[:1]:
         hits = [_reached(grids, fingers, spacing, width) for width in WIDTHS]

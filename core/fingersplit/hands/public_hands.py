@@ -1,0 +1,74 @@
+"""Descriptions that ship for models of others: the user has the model, we say what it cannot."""
+
+import importlib
+import os
+from pathlib import Path
+
+from fingersplit.errors import HandError
+
+__all__ = ["FOLDERS_VARIABLE", "described_hands", "find_public_hand"]
+
+FOLDERS_VARIABLE = "FINGERSPLIT_HANDS"
+"""Environment variable: a folder with the folders of hand models."""
+
+_DESCRIPTIONS = Path(__file__).parent / "public"
+
+_MODULES = {
+    "allegro_wonik": "allegro_hand_mj_description",
+    "leap": "leap_hand_mj_description",
+    "shadow": "shadow_hand_mj_description",
+    "dexee": "shadow_dexee_mj_description",
+    "ability": "ability_hand_description",
+    "robotiq_3f": "robotiq_3f_description",
+}
+"""Modules of the package robot_descriptions that fetch these models."""
+
+_PLACES = {
+    "allegro_wonik": "wonik_allegro",
+    "leap": "leap_hand",
+    "shadow": "shadow_hand",
+    "dexee": "shadow_dexee",
+    "ability": "ability_hand",
+    "robotiq_3f": "robotiq_3f",
+}
+"""Their folders, as MuJoCo Menagerie and the original sources call them."""
+
+
+def described_hands() -> tuple[str, ...]:
+    """Names of hands whose description ships and whose model does not."""
+    return tuple(sorted(path.stem for path in _DESCRIPTIONS.glob("*.toml")))
+
+
+def find_public_hand(name: str, folder: str | None) -> tuple[Path, Path]:
+    """Description and model folder of a hand whose model is the user's.
+
+    Args:
+        name: One of ``described_hands()``.
+        folder: Where the user says the model is; None to look below ``FINGERSPLIT_HANDS`` and in robot_descriptions.
+
+    Raises:
+        HandError: The model is nowhere.
+    """
+    description = _DESCRIPTIONS / f"{name}.toml"
+    if folder is not None:
+        return description, Path(folder).expanduser()
+    below = os.environ.get(FOLDERS_VARIABLE)
+    if below and (Path(below) / _PLACES[name]).is_dir():
+        return description, Path(below) / _PLACES[name]
+    fetched = _fetched(name)
+    if fetched is not None:
+        return description, fetched
+    raise HandError(
+        f"The description of {name!r} ships, its model does not: write {name}@FOLDER, or put {_PLACES[name]!r} "
+        f"below {FOLDERS_VARIABLE}, or install robot_descriptions."
+    )
+
+
+def _fetched(name: str) -> Path | None:
+    """Folder of the model where robot_descriptions is installed and has it."""
+    try:
+        module = importlib.import_module(f"robot_descriptions.{_MODULES[name]}")
+    except ImportError:
+        return None
+    path = getattr(module, "MJCF_PATH", None) or getattr(module, "URDF_PATH", None)
+    return Path(path).parent if path else None
