@@ -77,13 +77,13 @@ def convex_solids(solids: tuple[Solid, ...]) -> tuple[Solid, ...]:
 def planning_shapes(solids: tuple[Solid, ...], links: tuple[Link, ...], budget: int | None) -> tuple[Shape, ...]:
     """Shapes that together contain convex solids: primitives as they are, fitted ones for ellipsoids and meshes.
 
-    Where there are more than ``budget`` (else two a link and four more for the palm), the two on one link whose common
-    primitive adds least volume are merged, again and again; where there are fewer, the emptiest fitted one is cut in
-    two.
+    Where there are more than ``budget`` (else as many as the kernels have room for), the two on one link whose common
+    box adds least volume are merged, again and again. Where there are fewer than two a link and four more for the palm,
+    the emptiest fitted one is cut in two.
     """
     pieces = [_piece_of(solid) for solid in solids]
-    limit = min(MAX_SHAPES, SHAPES_A_LINK * len(links) + SHAPES_OF_PALM) if budget is None else min(MAX_SHAPES, budget)
-    pieces = _split(_merge(pieces, max(limit, len({piece.link for piece in pieces}))), limit)
+    most = MAX_SHAPES if budget is None else min(MAX_SHAPES, max(budget, len({piece.link for piece in pieces})))
+    pieces = _split(_merge(pieces, most), min(most, SHAPES_A_LINK * len(links) + SHAPES_OF_PALM))
     return tuple(
         Shape(
             name=piece.name,

@@ -20,7 +20,7 @@ from fingersplit.hands.description import (
     ShapeOptions,
 )
 from fingersplit.hands.draft.jaws import Jaws, PadSamples, find_jaws, opposition, pad_samples
-from fingersplit.hands.draft.pads import find_pads
+from fingersplit.hands.draft.pads import find_pads, tip_width
 from fingersplit.hands.draft.postures import finger_drivers, park, preshapes
 from fingersplit.hands.draft.sampling import Samples, sample_postures
 from fingersplit.hands.draft.structure import FingerBodies, find_fingers, find_palm
@@ -36,11 +36,13 @@ __all__ = ["draft_folder", "draft_hand"]
 
 Array = NDArray[np.float64]
 
-POSTURES, SEED = 40_000, 1
+POSTURES, SEED = 30_000, 1
 GRIPS = 3
 """Most sets of fingers that are proposed."""
 ASSUMED_TORQUE = 0.7
 """[N m]; of a driver whose motor the model does not describe."""
+BESIDE = 0.004
+"""[m]; between two fingers side by side."""
 MIN_OPPOSITION = 1e-3
 """Share of postures; below, two fingers are not said to oppose each other."""
 
@@ -253,22 +255,23 @@ def _grips(
     """Sets of three fingers that oppose each other, the best first, and all fingers together last."""
     shares, pairs = opposition(contacts)
     out = _out_of_palm(model, pads, samples)
+    width = float(np.median([tip_width(model, pad.link) for pad in pads])) + BESIDE
     sets: list[Jaws] = []
     for three in combinations(range(len(found)), 3):
         alone = max(three, key=lambda f: sum(shares[f, g] for g in three if g != f))
         pair = tuple(f for f in three if f != alone)
         if min(shares[alone, f] for f in pair) < MIN_OPPOSITION or _half_parked(model, chains, three):
             continue
-        jaws = find_jaws(contacts, (pair, (alone,)), pairs, out)
+        jaws = find_jaws(contacts, (pair, (alone,)), pairs, out, width)
         if jaws is not None:
             sets.append(jaws)
-    sets.sort(key=lambda jaws: -jaws.score)
+    sets.sort(key=lambda jaws: -jaws.score * min(shares[jaws.fingers[1][0], f] for f in jaws.fingers[0]))
     sets = sets[: GRIPS - 1 if len(found) > 3 else GRIPS]
     if sets and len(found) > 3:
         alone = sets[0].fingers[1][0]
         others = tuple(f for f in range(len(found)) if f != alone and shares[alone, f] >= MIN_OPPOSITION)
         if len(others) > 2 and not _half_parked(model, chains, (*others, alone)):
-            whole = find_jaws(contacts, (others, (alone,)), pairs, out)
+            whole = find_jaws(contacts, (others, (alone,)), pairs, out, width)
             sets += [whole] if whole is not None else []
     return [_grip(model, found, chains, pads, contacts, samples, jaws) for jaws in sets]
 

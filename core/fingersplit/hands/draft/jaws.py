@@ -25,10 +25,10 @@ ASIDE = 0.04
 """[m]; two pads that face each other may stand so far aside: a finger opposes the gap between two others, too."""
 GROWN, FEW = (0, 1, 2), 20
 """Cells by which the places of pads are grown, one after the other, until so many jaw centres are found."""
-TILTS = np.deg2rad([-48, -36, -24, -12, 0, 12, 24, 36, 48])
-LATERAL_TILTS = np.deg2rad([-36, -24, -12, 0, 12, 24, 36])
-ROLLS = np.deg2rad([-30, 0, 30])
-SPACINGS = np.array([0.02, 0.03, 0.04, 0.05, 0.065, 0.08])
+TILTS, LATERAL_TILTS = np.deg2rad([-40, -20, 0, 20, 40]), np.deg2rad([-30, -15, 0, 15, 30])
+NUDGES = np.deg2rad([-8, 0, 8])
+"""Angles about the lateral axis and about the approach axis that are tried, and those about all axes after that."""
+SPACINGS = np.array([0.02, 0.025, 0.03, 0.035, 0.04, 0.05, 0.06, 0.07, 0.08])
 """Lateral distances between two fingers of one jaw that are tried [m]."""
 REACH = 0.3
 """[m]; the grid of pad places goes so far about the palm's origin on every side."""
@@ -109,6 +109,7 @@ def find_jaws(
     fingers: tuple[tuple[int, ...], tuple[int, ...]],
     pairs: dict[tuple[int, int], Array],
     out: Array,
+    width: float,
 ) -> Jaws | None:
     """The frame in which two jaws of fingers reach most cells of opening and standoff; None when they reach none.
 
@@ -117,6 +118,7 @@ def find_jaws(
         fingers: Of the two jaws.
         pairs: From ``opposition``.
         out: Direction out of the palm, (3,), about which approach directions are tried.
+        width: Room that a finger needs beside another one [m].
     """
     rows = np.vstack(
         [
@@ -135,15 +137,30 @@ def find_jaws(
         ahead = middle - (middle @ jaw) * jaw
     ahead /= np.linalg.norm(ahead)
     base = np.column_stack([np.cross(jaw, ahead), jaw, ahead])
-    turns = [Rotation.from_euler("xzy", angles).as_matrix() for angles in product(TILTS, LATERAL_TILTS, ROLLS)]
-    best: Jaws | None = None
+    tilted = [base @ Rotation.from_euler("xz", angles).as_matrix() for angles in product(TILTS, LATERAL_TILTS)]
+    spacings = SPACINGS[min(width, SPACINGS[-1]) <= SPACINGS] if max(map(len, fingers)) > 1 else SPACINGS[:1]
     for grown in GROWN:
-        for turn in turns:
-            found = _best_cells(pads, fingers, base @ turn, middle, grown)
-            if found is not None and (best is None or found.score > best.score):
-                best = found
-        if best is not None and best.score >= FEW:
-            break
+        best = _best_of(pads, fingers, tilted, middle, grown, spacings, None)
+        if best is not None and (best.score >= FEW or grown == GROWN[-1]):
+            nudged = [best.rotation @ Rotation.from_euler("xyz", a).as_matrix() for a in product(NUDGES, repeat=3)]
+            return _best_of(pads, fingers, nudged, middle, grown, spacings, best)
+    return None
+
+
+def _best_of(
+    pads: list[PadSamples],
+    fingers: tuple[tuple[int, ...], tuple[int, ...]],
+    rotations: list[Array],
+    middle: Array,
+    grown: int,
+    spacings: Array,
+    best: Jaws | None,
+) -> Jaws | None:
+    """The frame with most cells among several, and one that is known."""
+    for rotation in rotations:
+        found = _best_cells(pads, fingers, rotation, middle, grown, spacings)
+        if found is not None and (best is None or found.score > best.score):
+            best = found
     return best
 
 
@@ -157,7 +174,12 @@ def _mode(directions: Array) -> Array:
 
 
 def _best_cells(
-    pads: list[PadSamples], fingers: tuple[tuple[int, ...], tuple[int, ...]], rotation: Array, middle: Array, grown: int
+    pads: list[PadSamples],
+    fingers: tuple[tuple[int, ...], tuple[int, ...]],
+    rotation: Array,
+    middle: Array,
+    grown: int,
+    spacings: Array,
 ) -> Jaws | None:
     """Centre, openings and standoffs in one frame, by shifting grids of where each pad can be over each other."""
     origin = middle @ rotation
@@ -168,9 +190,14 @@ def _best_cells(
             if not grid.any():
                 return None
             grids[f] = binary_dilation(grid, iterations=grown) if grown else grid
+    middles = {f: float(np.nonzero(grid)[0].mean()) for f, grid in grids.items()}
+    ordered = (
+        tuple(sorted(fingers[0], key=middles.__getitem__)),
+        tuple(sorted(fingers[1], key=middles.__getitem__)),
+    )
     best: Jaws | None = None
-    for spacing in SPACINGS if max(map(len, fingers)) > 1 else SPACINGS[:1]:
-        hits = [_reached(grids, fingers, spacing, width) for width in WIDTHS]
+    for spacing in spacings:
+        hits = [_reached(grids, ordered, spacing, width) for width in WIDTHS]
         cells = np.stack(hits)  # (W, x, y, z)
         score = _windowed(cells.sum(axis=0))
         x, y, z = np.unravel_index(score.argmax(), score.shape)
@@ -217,20 +244,14 @@ def _occupied(pad: PadSamples, rotation: Array, side: float, origin: Array) -> N
 def _reached(
     grids: dict[int, NDArray[np.bool_]], fingers: tuple[tuple[int, ...], tuple[int, ...]], spacing: float, width: float
 ) -> NDArray[np.bool_]:
-    """Cells of a jaw centre from which every finger of both jaws has its place."""
+    """Cells of a jaw centre from which every finger of both jaws, in lateral order, has its place."""
     size = _steps(REACH)
     reached = np.ones((size, size, size), bool)
     for side, group in ((1.0, fingers[0]), (-1.0, fingers[1])):
-        grid_order = _lateral_order(grids, group)
-        for place, f in enumerate(grid_order):
+        for place, f in enumerate(group):
             aside = _steps((place - (len(group) - 1) / 2) * spacing)
             reached &= _shifted(grids[f], (aside, _steps(side * width / 2), 0))
     return reached
-
-
-def _lateral_order(grids: dict[int, NDArray[np.bool_]], group: tuple[int, ...]) -> list[int]:
-    """Fingers of a jaw by the lateral middle of where their pads can be."""
-    return sorted(group, key=lambda f: float(np.nonzero(grids[f])[0].mean()))
 
 
 def _shifted(grid: NDArray[np.bool_], steps: tuple[int, int, int]) -> NDArray[np.bool_]:

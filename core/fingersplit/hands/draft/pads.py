@@ -13,7 +13,7 @@ from fingersplit.hands.forward import link_poses
 from fingersplit.hands.model import HandModel
 from fingersplit.transforms import transform_points
 
-__all__ = ["find_pads"]
+__all__ = ["find_pads", "tip_width"]
 
 Array = NDArray[np.float64]
 
@@ -23,6 +23,8 @@ PATCH = 0.012
 """[m]; the pad's sphere is fitted to the surface so near to its middle."""
 MIN_RADIUS, MAX_RADIUS = 0.004, 0.03
 """Of a pad's sphere [m]."""
+PARALLEL = 0.9
+"""Cosine of axes that bend a finger the same way."""
 NEAR = 0.03
 """[m]; where two fingertips are nearer than about this, they face each other most."""
 
@@ -30,9 +32,9 @@ NEAR = 0.03
 def find_pads(model: HandModel, tips: list[int], samples: Samples) -> list[Pad]:
     """A pad for each finger.
 
-    The normal is across the axis of the last joint and along the link's length, to the side on which the other
-    fingertips are found when all fingers move at random, and leans towards the tip. The sphere is fitted to the surface
-    of the link's shapes there.
+    The normal is across the axis of the last joint and the link's length, to the side to which the finger bends farther
+    and on which the other fingertips are found when all fingers move at random, and leans towards the tip. The sphere
+    is fitted to the surface of the link's shapes there.
 
     Args:
         model: The hand.
@@ -46,6 +48,11 @@ def find_pads(model: HandModel, tips: list[int], samples: Samples) -> list[Pad]:
     ends = [_far_end(model, tip, cloud) for tip, cloud in zip(tips, clouds, strict=True)]
     places = [_transform_all(samples.poses[:, tip], end) for tip, end in zip(tips, ends, strict=True)]
     return [_pad(model, f, tips, clouds[f], ends[f], places, samples) for f in range(len(tips))]
+
+
+def tip_width(model: HandModel, tip: int) -> float:
+    """How wide a finger's last link is along its last joint's axis [m]; fingers side by side need that room."""
+    return float(np.ptp(_surface(model, tip) @ model.joints[model.links[tip].joints[-1]].axis))
 
 
 def _transform_all(poses: Array, point: Array) -> Array:
@@ -88,15 +95,31 @@ def _pad(
     length /= np.linalg.norm(length)
     across = np.cross(joint.axis, length)
     others = [places[g] - places[f] for g in range(len(tips)) if g != f]
-    vote = 0.0
+    vote, total = 0.0, 0.0
     for away in others:
         direction = np.einsum("ni,nij->nj", away, samples.poses[:, tips[f], :3, :3]) @ across
         distance = np.linalg.norm(away, axis=1)
-        vote += float(np.sum(direction / distance / (NEAR**2 + distance**2)))
-    side = across if vote > 0 else -across
+        weight = 1 / (NEAR**2 + distance**2)
+        vote += float(np.sum(weight * direction / distance))
+        total += float(np.sum(weight))
+    side = across if vote / total + _closing(model, tips[f]) > 0 else -across
     normal = math.cos(TILT) * side + math.sin(TILT) * length
     center, radius = _fit_cap(cloud, joint.axis, side, normal)
     return Pad(tips[f], center, normal, radius, None)
+
+
+def _closing(model: HandModel, tip: int) -> float:
+    """Which way a finger bends farther, -1 to 1: the mean over the joints parallel to its last one."""
+    joints = [model.joints[j] for link in model.path(tip) for j in model.links[link].joints]
+    poses = link_poses(model, np.array([joint.reference for joint in model.joints]))
+    links = [link for link in model.path(tip) for _ in model.links[link].joints]
+    axes = [poses[link][:3, :3] @ joint.axis for link, joint in zip(links, joints, strict=True)]
+    shares = [
+        float(np.sign(axis @ axes[-1])) * (joint.upper + joint.lower) / (joint.upper - joint.lower)
+        for axis, joint in zip(axes, joints, strict=True)
+        if abs(axis @ axes[-1]) > PARALLEL
+    ]
+    return float(np.clip(np.mean(shares), -1, 1))
 
 
 def _fit_cap(cloud: Array, axis: Array, side: Array, normal: Array) -> tuple[Array, float]:

@@ -14,7 +14,7 @@ __all__ = ["finger_drivers", "park", "preshapes"]
 Array = NDArray[np.float64]
 
 OPENING_SHARES = (0.35, 0.7)
-SPACING_FACTORS = (1.0, 1.5)
+SPACING_FACTORS = (1.0, 1.4)
 """Where in the range of openings preshapes stand, and their spacings by the best one's."""
 POSITION_WEIGHT, NORMAL_WEIGHT, MIDDLE_WEIGHT = 1 / 0.004, 1 / 0.4, 0.15
 """Of a pad's place [1/m], its normal, and of a driver's distance from the middle of its range in half ranges."""

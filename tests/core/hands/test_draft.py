@@ -1,0 +1,115 @@
+"""Drafts: palm, fingers, tips, normals, couplings and opposition found by moving a model."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fingersplit.errors import HandError
+from fingersplit.hands import load_hand
+from fingersplit.hands.description import read_description
+from fingersplit.hands.draft import description_to_toml, draft_folder, draft_hand
+from fingersplit.hands.forward import link_poses
+from own_hand import COUNTS, FINGERS, hand_mjcf
+
+REPOSITORY = Path(__file__).parents[3]
+
+
+def models_folder() -> Path | None:
+    configured = os.environ.get("FINGERSPLIT_HANDS")
+    if configured:
+        return Path(configured)
+    beside = REPOSITORY.parent / "shared" / "hands"
+    beside = beside if beside.is_dir() else REPOSITORY.parent.parent / "shared" / "hands"
+    return beside if beside.is_dir() else None
+
+
+@pytest.fixture(scope="module")
+def drafted(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("own")
+    (folder / "model").mkdir()
+    (folder / "model" / "hand.xml").write_text(hand_mjcf())
+    notes = draft_folder(folder / "model" / "hand.xml", folder / "model", folder / "out")
+    return load_hand(folder / "out"), notes
+
+
+def test_fingers_are_the_chains_and_opposition_is_found(drafted):
+    hand, notes = drafted
+    assert [(chain.name, len(chain.joints)) for chain in hand.chains] == list(zip(FINGERS, COUNTS, strict=True))
+    jaws = [
+        {finger.name for finger, jaw in zip(g.fingers, g.gripper.groups, strict=True) if jaw == 1} for g in hand.grips
+    ]
+    assert jaws[0] == {"thumb"}
+    assert hand.description.drafted
+    assert any("no torque" in note for note in notes)
+
+
+def test_pads_are_at_the_tips_and_face_the_other_side(drafted):
+    hand, _ = drafted
+    poses = link_poses(hand.model, np.zeros(len(hand.joint_names)))
+    for chain in hand.chains:
+        pad = chain.pads[0]
+        length = 0.09 / COUNTS[FINGERS.index(chain.name)]
+        assert pad.radius == pytest.approx(0.006, abs=1e-3)
+        np.testing.assert_allclose(pad.center, [length, 0, 0], atol=1.5e-3)
+        outward = poses[pad.link][:3, :3] @ pad.normal
+        assert outward[1] * (1 if chain.name == "thumb" else -1) > 0.5, chain.name
+
+
+def test_jaw_axis_and_approach_are_the_hands(drafted):
+    hand, _ = drafted
+    axes = hand.gripper.palm_from_gripper
+    assert axes[1, 1] > 0.8  # from the thumb to the fingers
+    assert axes[2, 2] > 0.6  # out of the palm
+
+
+def test_preshapes_put_pads_in_front_of_each_other(drafted):
+    hand, _ = drafted
+    jaw = hand.gripper.palm_from_gripper[:, 1]
+    for joints in hand.gripper.preshapes:
+        along = hand.pose(joints).pads[: len(hand.fingers)] @ jaw
+        assert along[hand.gripper.groups == 0].min() > along[hand.gripper.groups == 1].max()
+
+
+def test_draft_is_read_back_as_it_was(tmp_path):
+    (tmp_path / "hand.xml").write_text(hand_mjcf())
+    description, notes = draft_hand(tmp_path / "hand.xml", tmp_path)
+    assert read_description(description_to_toml(description, notes), "draft") == description
+
+
+def test_a_description_is_never_overwritten(tmp_path):
+    (tmp_path / "hand.xml").write_text(hand_mjcf())
+    (tmp_path / "hand.toml").write_text("mine")
+    with pytest.raises(HandError, match="exists; move it away"):
+        draft_folder(tmp_path / "hand.xml", tmp_path, tmp_path)
+    assert (tmp_path / "hand.toml").read_text() == "mine"
+
+
+def test_model_without_fingers_is_refused(tmp_path):
+    (tmp_path / "box.xml").write_text('<mujoco><worldbody><body><geom size="0.1"/></body></worldbody></mujoco>')
+    with pytest.raises(HandError, match="fewer than two chains of joints"):
+        draft_hand(tmp_path / "box.xml", tmp_path)
+
+
+@pytest.mark.campaign
+@pytest.mark.parametrize(
+    ("model", "palm", "thumb", "joints"),
+    [
+        ("wonik_allegro/right_hand.xml", "palm", "th_distal", 16),
+        ("leap_hand/right_hand.xml", "palm", "th_ds", 16),
+        ("shadow_hand/right_hand.xml", "rh_palm", "rh_thdistal", 22),
+        ("shadow_dexee/shadow_dexee.xml", "world", None, 12),
+    ],
+)
+def test_draft_of_a_public_hand(model, palm, thumb, joints):
+    folder = models_folder()
+    if folder is None:
+        pytest.skip("no folder of hand models")
+    description, _ = draft_hand(folder / model, (folder / model).parent)
+    assert description.palm == palm
+    first = description.grips[0]
+    if thumb is not None:
+        (alone,) = first.jaws[1]
+        assert next(finger for finger in description.fingers if finger.name == alone).pads[0].body == thumb
+    assert len(first.jaws[0]) == 2
