@@ -48,6 +48,11 @@ class JobKeywords(TypedDict, total=False):
     seed: int
     top_k: int
     planner: dict[str, bool | int | float | str]
+    scene: dict[str, Any] | None
+    approach: dict[str, Any] | None
+    contact_regions: dict[str, Any] | None
+    task: dict[str, Any] | None
+    end_effector: dict[str, Any] | None
     verified: int
     protocol: ProtocolName
     controller: ControllerName

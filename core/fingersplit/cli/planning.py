@@ -60,6 +60,22 @@ def plan(
     source: Annotated[
         str, typer.Option(help="Where parallel grasps are found: antipodal, surface_fitting or both.")
     ] = "antipodal",
+    scene: Annotated[
+        Path | None,
+        typer.Option(
+            help="JSON file with scene, approach, contact_regions, task and end_effector; an obstacle's object_id is "
+            "the path of a mesh or cloud in metres, relative to this file.",
+            exists=True,
+            dir_okay=False,
+        ),
+    ] = None,
+    table: Annotated[
+        bool, typer.Option("--table", help="The object rests on a table, as the scene has it or most stably.")
+    ] = False,
+    approach: Annotated[
+        list[str] | None,
+        typer.Option(help="Direction of travel with an angle in degrees, such as down:35 or +x:20; repeatable."),
+    ] = None,
     setting: Annotated[
         list[str] | None, typer.Option(help="Planner setting as NAME=VALUE, such as pad_angle_limit=0.5; repeatable.")
     ] = None,
@@ -86,6 +102,7 @@ def plan(
     initial: Annotated[bool, typer.Option(help="Verify the initial parallel grasps, too.")] = False,
 ) -> None:
     """Plan grasps for a mesh or a point cloud and print them, best first."""
+    from fingersplit.cli.scenes import read_constraints
     from fingersplit.contacts.friction import without_friction
     from fingersplit.formats.importing import import_parallel_grasps
     from fingersplit.hands.hand import load_hand
@@ -103,6 +120,7 @@ def plan(
     options = ObjectOptions(density=density, mass=mass, friction=friction, fairing=fairing)
     named, requested_friction = without_friction(named_values(setting))
     settings, planned_hand = PlannerSettings.from_document(named), load_hand(hand)
+    constraints = read_constraints(scene, table, approach or [])
     chosen_protocol, chosen_controller = load_protocol(protocol), load_controller(controller)
     with progress_bar() as report:
         report("preparing the object", 0.0)
@@ -120,6 +138,7 @@ def plan(
             top_k=top_k,
             settings=settings,
             friction=requested_friction,
+            constraints=constraints,
             progress=report,
         )
         if verified:
@@ -157,6 +176,8 @@ def plan(
     for remark in () if model.report is None else model.report.remarks:
         console.print(f"{file.name}: {remark}", highlight=False, markup=False)
     console.print(result_table(result))
+    for line in _scene_lines(result):
+        console.print(line, highlight=False, soft_wrap=True)
     output.write(result.to_dict(), "the result")
     for path, title in ((picture, "a picture of rank 1"), (recording, "the recording of rank 1")):
         if path is not None:
@@ -164,6 +185,25 @@ def plan(
             console.print(written, highlight=False, soft_wrap=True)
     if not result.feasible:
         raise typer.Exit(NO_FEASIBLE_GRASP)
+
+
+def _scene_lines(result: PlanResult) -> list[str]:
+    """What is told of a scene below the table: how the object rests, warnings, what was rejected."""
+    scene = result.scene
+    if scene is None:
+        return []
+    lines = list(scene.warnings)
+    if scene.stable_pose_share is not None:
+        position, wxyz = (
+            ", ".join(f"{x:.4f}" for x in part) for part in (scene.object_pose.position, scene.object_pose.wxyz)
+        )
+        lines.append(
+            f"The object rests in its likeliest stable pose ({100 * scene.stable_pose_share:.0f} % of drops): position "
+            f"[{position}], wxyz [{wxyz}]."
+        )
+    if scene.rejected_by:
+        lines.append("Grasps rejected by " + ", ".join(f"{name}: {n}" for name, n in scene.rejected_by.items()) + ".")
+    return lines + [relaxation.message for relaxation in scene.relaxations]
 
 
 def result_table(result: PlanResult) -> Table:

@@ -36,6 +36,7 @@ class GraspExecution:
         blocked_by: What ends it (``scene.ways``), when that is less than wanted.
         retreat_direction: Unit direction in which hand and object leave, object frame (3,).
         retreat_distance: How far the hand may go [m].
+        retreat_blocked_by: What ends that, as ``blocked_by``.
     """
 
     pregrasp_pose: NDArray[np.float64] | None
@@ -46,6 +47,7 @@ class GraspExecution:
     blocked_by: int
     retreat_direction: NDArray[np.float64]
     retreat_distance: float
+    retreat_blocked_by: int
 
 
 def plan_execution(
@@ -80,6 +82,7 @@ def plan_execution(
         blocked_by=int(way.blocked_by),
         retreat_direction=way.retreat.copy(),
         retreat_distance=float(way.retreat_distance),
+        retreat_blocked_by=int(way.retreat_blocked_by),
     )
 
 

@@ -65,7 +65,12 @@ def blocker_name(blocked_by: int, names: tuple[str, ...]) -> str:
     """What ends a way (``scene.ways``), in words."""
     if blocked_by >= 0:
         return repr(names[blocked_by])
-    return {BY_OBJECT: "the object", BY_WORKSPACE: "the end of the workspace"}.get(blocked_by, "nothing")
+    words = {
+        BY_OBJECT: "the object",
+        BY_WORKSPACE: "the end of the workspace",
+        NOT_ALLOWED: "the approach cones",
+    }
+    return words.get(blocked_by, "nothing")
 
 
 def _describe_limit(bit: int, hand: Hand, state: np.record, limits: Limits) -> Violation:

@@ -16,6 +16,7 @@ from fingersplit.parallel_grasps.parallel_grasp import ParallelGrasp
 from fingersplit.planning.ranking import RankedGrasp
 from fingersplit.planning.run import Run
 from fingersplit.planning.search import Search, find_grasps
+from fingersplit.planning.surroundings import clearance_of, scene_summary, ways_of, world_poses
 from fingersplit.result.grasp import (
     Contact,
     GraspResult,
@@ -115,7 +116,8 @@ def plan(
         ),
         summary=_summary(found),
         timings_ms=PlanTimings(**stages, total=sum(stages.values())),
-        grasps=tuple(_grasp(grasp, hand) for grasp in found.grasps),
+        grasps=tuple(_grasp(grasp, found) for grasp in found.grasps),
+        scene=scene_summary(found),
     )
 
 
@@ -152,8 +154,9 @@ def _summary(found: Search) -> PlanSummary:
     )
 
 
-def _grasp(ranked: RankedGrasp, hand: Hand) -> GraspResult:
-    run, execution = ranked.run, ranked.execution
+def _grasp(ranked: RankedGrasp, found: Search) -> GraspResult:
+    run, execution, hand = ranked.run, ranked.execution, found.hand
+    way_in, way_out = ways_of(execution, found.scene)
     return GraspResult(
         rank=ranked.rank,
         feasible=run.feasible,
@@ -170,6 +173,10 @@ def _grasp(ranked: RankedGrasp, hand: Hand) -> GraspResult:
         iterations=Iterations(outer=int(run.outcome.rounds), cpo=int(run.outcome.cpo), ppo=int(run.outcome.ppo)),
         timings_ms=GraspTimings(*(1e3 * seconds for seconds in run.seconds)),
         initial=_initial(run, hand),
+        world=world_poses(run, execution, found.scene),
+        approach_path=way_in,
+        retreat_path=way_out,
+        clearance=clearance_of(run, found.scene),
     )
 
 

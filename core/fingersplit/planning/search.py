@@ -15,11 +15,12 @@ from fingersplit.parallel_grasps.parallel_grasp import ParallelGrasp
 from fingersplit.planning.final_checks import check_finally
 from fingersplit.planning.finding import allowed_starts, find_starts
 from fingersplit.planning.ranking import RankedGrasp, describe_outcome, rank_runs
+from fingersplit.planning.relaxing import Relaxation, find_relaxations
 from fingersplit.planning.run import Run
 from fingersplit.planning.starts import build_problem, choose_starts, split_starts
 from fingersplit.scene.attaching import attach_bodies
 from fingersplit.scene.constraints import Constraints
-from fingersplit.scene.preparing import prepare_scene
+from fingersplit.scene.preparing import PreparedScene, prepare_scene
 from fingersplit.splitting.settings import PlannerSettings
 from fingersplit.threads import Progress
 
@@ -52,6 +53,8 @@ class Search:
     settings: PlannerSettings
     friction: float
     constraints: Constraints
+    scene: PreparedScene
+    relaxations: tuple[Relaxation, ...]
     runs: tuple[Run, ...]
     grasps: tuple[RankedGrasp, ...]
     message: str
@@ -109,6 +112,28 @@ def find_grasps(
         watch.lap("splitting")
         if any(run.feasible for run in runs):
             break
+    relaxations: tuple[Relaxation, ...] = ()
+    if scene.restricts and not any(run.feasible for run in runs):
+
+        def search(relaxed: Constraints) -> Sequence[Run]:
+            again = prepare_scene(relaxed, model, hand)
+            rng = np.random.default_rng(seed)
+            steered: Sequence[ParallelGrasp]
+            if parallel_grasps is None:
+                steered = find_starts(
+                    model, hand, again, starts, source=source, friction=friction, rng=rng, threads=threads
+                )
+            else:
+                steered = allowed_starts(parallel_grasps, again)
+            problem = build_problem(model, hand, settings, again)
+            chosen = choose_starts(problem, hand, steered, starts, threads=threads, report=_silent)
+            runs = split_starts(problem, model.patches, hand, chosen, threads=threads, report=_silent, scene=again)
+            check_finally(runs, again, model)
+            return runs
+
+        report("relaxing", 0.0)
+        relaxations = find_relaxations(scene, runs, search)
+        watch.lap("splitting")
     grasps = rank_runs(model, runs, top_k, friction, threads)
     watch.lap("ranking")
     report("ranking", 1.0)
@@ -118,11 +143,22 @@ def find_grasps(
         settings=settings,
         friction=friction,
         constraints=constraints,
+        scene=scene,
+        relaxations=relaxations,
         runs=runs,
         grasps=grasps,
-        message=describe_outcome(len(given), runs, hand, friction, model),
+        message=" ".join(
+            (
+                describe_outcome(len(given), runs, hand, friction, model),
+                *(relaxation.sentence for relaxation in relaxations[:1]),
+            )
+        ),
         seconds=seconds,
     )
+
+
+def _silent(_stage: str, _share: float) -> None:
+    """Nobody waits for a search that is only to tell why another one failed."""
 
 
 def _check(*, starts: int, top_k: int, threads: int, seed: int) -> None:

@@ -74,6 +74,7 @@ def replay(
     model: ObjectModel,
     hand: Hand,
     pieces: Callable[[], ConvexPieces] | None = None,
+    obstacle: Callable[[str], ObjectModel] | None = None,
 ) -> ReplayedGrasp:
     """Run the search of one grasp again, and on request the simulations that verified it.
 
@@ -84,6 +85,7 @@ def replay(
         hand: The hand that it was planned for.
         pieces: Gives the object as the simulation collides it, called when the grasp was verified; None to leave the
             simulations out.
+        obstacle: Gives the model of an obstacle that is named by its id; None where there are none.
 
     Raises:
         ResultError: No such rank, another object or hand, or the grasp could not be reproduced.
@@ -91,7 +93,7 @@ def replay(
     """
     result.check_origin(model, hand)
     grasp = result.grasp(rank)
-    run = _repeat_search(result, grasp, model, hand)
+    run = _repeat_search(result, grasp, model, hand, obstacle)
     again = _Simulations(model, hand, pieces)
     return ReplayedGrasp(
         grasp=grasp,
@@ -102,10 +104,18 @@ def replay(
     )
 
 
-def _repeat_search(result: PlanResult, grasp: GraspResult, model: ObjectModel, hand: Hand) -> Run:
+def _repeat_search(
+    result: PlanResult,
+    grasp: GraspResult,
+    model: ObjectModel,
+    hand: Hand,
+    obstacle: Callable[[str], ObjectModel] | None,
+) -> Run:
     """The run from the grasp's parallel grasp, with either finger assignment, that ends in the grasp."""
     settings = PlannerSettings.from_document(result.provenance.planner)
     constraints = Constraints.from_document(result.provenance.constraints)
+    if obstacle is not None:
+        constraints = constraints.resolved(obstacle)
     hand = attach_bodies(hand, constraints.end_effector.attached_bodies)
     scene = prepare_scene(constraints, model, hand)
     problem = build_problem(model, hand, settings, scene)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from fingersplit.errors import ResultError
 from fingersplit.grasp import Grasp, HandPose
 from fingersplit.hands.hand import Hand
+from fingersplit.result.scene import Clearance, Way, WorldPoses
 from fingersplit.result.verification import Verification
 from fingersplit.result.wire import Quaternion, Vector3, described
 from fingersplit.splitting.termination import Termination
@@ -150,6 +151,12 @@ class GraspResult:
     initial: InitialGrasp = described("What the run started from")
     verification: Verification | None = described(
         "Report of the grasp's verification in simulation; null when it was not verified", default=None
+    )
+    world: WorldPoses | None = described("Palm and tool in the scene's frame", default=None)
+    approach_path: Way | None = described("The straight way in", default=None)
+    retreat_path: Way | None = described("The way out with the object", default=None)
+    clearance: Clearance | None = described(
+        "Where the hand is nearest to what stands around the object; null where nothing is near", default=None
     )
 
     def for_hand(self, hand: Hand) -> Grasp:

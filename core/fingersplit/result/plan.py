@@ -10,6 +10,7 @@ from fingersplit.objects.model import ObjectModel
 from fingersplit.objects.options import ObjectOptions
 from fingersplit.objects.source import ObjectSource
 from fingersplit.result.grasp import GraspResult
+from fingersplit.result.scene import SceneSummary
 from fingersplit.result.verification import VerificationSummary
 from fingersplit.result.wire import Json, Vector3, described, from_dict, to_dict
 
@@ -103,6 +104,7 @@ class PlanResult:
     summary: PlanSummary = described("How many starts came how far")
     timings_ms: PlanTimings = described("Where the time of the plan went", "ms")
     grasps: tuple[GraspResult, ...] = described("Grasps, best first")
+    scene: SceneSummary | None = described("The world around the object, and what it rejected", default=None)
 
     @classmethod
     def from_dict(cls, document: Any) -> Self:

@@ -31,6 +31,7 @@ from fingersplit.result.grasp import (
     Pregrasp,
 )
 from fingersplit.result.plan import PlannedObject, PlanResult, PlanSummary, PlanTimings, Provenance
+from fingersplit.result.scene import Clearance, FramePose, Relaxation, SceneSummary, Way, WorldPoses
 from fingersplit.result.verification import (
     BranchReport,
     GripReport,
@@ -73,6 +74,12 @@ _CLASSES: dict[str, tuple[type, ...]] = {
         GraspTimings,
         Pregrasp,
         InitialGrasp,
+        FramePose,
+        WorldPoses,
+        Way,
+        Clearance,
+        Relaxation,
+        SceneSummary,
         GraspResult,
         PlannedObject,
         Provenance,

@@ -1,8 +1,10 @@
 """All that a request may say beside the object and the hand: scene, approach, contact regions, task, end effector."""
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 from fingersplit.errors import SceneError
+from fingersplit.objects.model import ObjectModel
 from fingersplit.scene.approach import Approach
 from fingersplit.scene.contact_regions import ContactRegions
 from fingersplit.scene.end_effector import EndEffector
@@ -24,6 +26,16 @@ class Constraints(Document):
     )
     task: Task = entry(Record(Task), "The loads to carry.", Task())
     end_effector: EndEffector = entry(Record(EndEffector), "What the hand is mounted on.", EndEffector())
+
+    def resolved(self, load: Callable[[str], ObjectModel]) -> "Constraints":
+        """The same with the models of all obstacles that name an object; ``load`` gives the model of an id."""
+        obstacles = tuple(
+            obstacle
+            if obstacle.object_id is None or obstacle.model is not None
+            else obstacle.with_model(load(obstacle.object_id))
+            for obstacle in self.scene.obstacles
+        )
+        return replace(self, scene=replace(self.scene, obstacles=obstacles))
 
     def check(self) -> None:
         """Every frame that is named is known."""

@@ -15,6 +15,7 @@ from fingersplit_client.schemas import JobCreate
 from fingersplit_client.schemas import ParallelGrasp as ParallelGraspDocument
 from fingersplit_service.database.objects import ObjectStore
 from fingersplit_service.database.rows import NewJob
+from fingersplit_service.jobs.constraints import check_constraints
 from fingersplit_service.jobs.errors import InvalidField
 from fingersplit_service.jobs.hand_catalog import HandCatalog
 
@@ -48,6 +49,7 @@ async def new_job(objects: ObjectStore, hands: HandCatalog, owner: str, request:
     except SettingsError as error:
         raise InvalidField(f"{prefix}/planner", str(error)) from error
     check_grasps(request.parallel_grasps or [], prefix)
+    await check_constraints(objects, owner, request, prefix)
     digest = hashlib.sha256(request.model_dump_json().encode()).hexdigest()
     if request.parallel_grasp_set is not None:
         grasps = await _grasps_of_set(objects, owner, request, request.parallel_grasp_set, prefix)

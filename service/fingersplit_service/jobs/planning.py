@@ -3,11 +3,13 @@
 import json
 import time
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from pydantic_core import to_json
 
 from fingersplit_client.schemas import JobCreate
+from fingersplit_service.jobs.constraints import load_constraints, load_obstacle
 from fingersplit_service.jobs.outcome import JobOutcome, JobResultRow
 from fingersplit_service.jobs.rendering import best_rank
 from fingersplit_service.jobs.stored_objects import convex_pieces, planner_settings, prepared_object
@@ -63,6 +65,7 @@ def plan_job(storage: Storage, task: PlanTask) -> JobOutcome:
         top_k=request.top_k,
         settings=settings,
         friction=friction,
+        constraints=load_constraints(storage, request),
         progress=report_progress,
     )
     if request.verified:
@@ -90,6 +93,7 @@ def _verify(
         friction=request.simulated_friction,
         deadline=max(0.0, until - time.monotonic()),
         initial=request.verify_initial,
+        obstacle=partial(load_obstacle, storage),
     )
 
 

@@ -4,9 +4,11 @@ import json
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any, Literal
 
 from fingersplit_client.schemas import JobCreate
+from fingersplit_service.jobs.constraints import load_obstacle
 from fingersplit_service.jobs.stored_objects import convex_pieces, prepared_object
 from fingersplit_service.storage import Storage
 
@@ -94,7 +96,7 @@ def render_view(storage: Storage, task: RenderTask) -> None:
     model = prepared_object(storage, object_id, task.object_name)
     hand = result.active_grip(load_hand(result.hand))
     pieces = (lambda: convex_pieces(storage, object_id)) if task.name == "recording.rrd" else None
-    replayed = replay(result, task.rank, model, hand, pieces)
+    replayed = replay(result, task.rank, model, hand, pieces, partial(load_obstacle, storage))
     with storage.atomic(storage.view(task.job_id, task.rank, task.name), durable=False, make_folder=False) as staged:
         match task.name:
             case "picture.png":

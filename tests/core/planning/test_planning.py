@@ -290,7 +290,7 @@ def test_nothing_feasible_says_why_and_shows_the_best(barrett, prepared):
         ({"top_k": -1}, r"top_k is -1; it must be at least 1"),
         ({"seed": -1}, r"seed is -1; it must be at least 0"),
         ({"threads": 0}, r"threads is 0; it must be at least 1"),
-        ({"source": "luck"}, r"Unknown source of parallel grasps 'luck'; known: antipodal, surface_fitting, both"),
+        ({"source": "luck"}, r"Unknown source of parallel grasps 'luck'; known: antipodal, both, surface_fitting"),
     ],
 )
 def test_arguments_out_of_range_are_refused(barrett, prepared, arguments, message):

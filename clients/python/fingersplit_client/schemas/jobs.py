@@ -1,7 +1,7 @@
 """Jobs: what to plan, and where that stands."""
 
 from datetime import datetime
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
@@ -29,7 +29,7 @@ JobState = Literal["queued", "running", "succeeded", "failed", "cancelled"]
 """Where a job stands; the last three are final."""
 
 
-ProtocolName = Literal["gravity_six", "lift", "lift_full", "shake", "six_direction", "six_direction_hard"]
+ProtocolName = Literal["gravity_six", "lift", "lift_full", "pick", "shake", "six_direction", "six_direction_hard"]
 """What grasps can be tried with in simulation."""
 
 ControllerName = Literal["squeeze", "virtual_frame"]
@@ -68,6 +68,25 @@ class JobCreate(Document):
         default={},
         description="Planner settings that differ from their defaults, by name, in SI units and radians. `friction` "
         "may stand among them: the Coulomb friction to plan for, instead of the object's.",
+    )
+    scene: dict[str, Any] | None = Field(
+        default=None,
+        description="The world around the object: object_pose, gravity, support_surfaces, obstacles (primitives, "
+        "uploaded objects by object_id, or points), clearance, workspace. SI units, quaternions wxyz.",
+        examples=[{"support_surfaces": [{"id": "table"}]}],
+    )
+    approach: dict[str, Any] | None = Field(
+        default=None,
+        description="The way in and out: directions (cones with axis, max_angle and frame), desired_distance, "
+        "min_distance, required, retreat.",
+        examples=[{"directions": [{"axis": [0, 0, -1], "max_angle": 0.6}]}],
+    )
+    contact_regions: dict[str, Any] | None = Field(
+        default=None, description="Where fingers may touch the object: allowed and forbidden regions, object frame."
+    )
+    task: dict[str, Any] | None = Field(default=None, description="The loads to carry: wrenches and gravity.")
+    end_effector: dict[str, Any] | None = Field(
+        default=None, description="What the hand is mounted on: tool_frame, tool_from_palm, attached_bodies, reach."
     )
     verified: int = Field(
         default=0, ge=0, le=100, description="Simulate ranked grasps, best first, until so many have held."

@@ -12,7 +12,9 @@ from fingersplit_client.schemas.objects import CloudReport, IntakeReport, Object
 from fingersplit_client.schemas.verification import Verification, VerificationSummary
 
 __all__ = [
+    "Clearance",
     "Contact",
+    "FramePose",
     "Grasp",
     "GraspTimings",
     "InitialState",
@@ -26,7 +28,11 @@ __all__ = [
     "PlannedObject",
     "Pregrasp",
     "Provenance",
+    "Relaxation",
+    "SceneSummary",
     "Termination",
+    "Way",
+    "WorldPoses",
 ]
 
 Termination = Literal[
@@ -150,6 +156,67 @@ class InitialState(Document):
     )
 
 
+class FramePose(Document):
+    """A pose in the scene's frame."""
+
+    position: Vector3 = Field(description="Origin in the scene's frame [m].")
+    wxyz: Quaternion = Field(description="Rotation into the scene's frame, unit quaternion.")
+
+
+class WorldPoses(Document):
+    """Where palm and tool are in the scene's frame."""
+
+    palm: FramePose = Field(description="The palm in the grasp.")
+    tool: FramePose = Field(description="The tool frame in the grasp.")
+    pregrasp_tool: FramePose | None = Field(
+        description="The tool frame where the approach begins; null without a free way in."
+    )
+
+
+class Way(Document):
+    """A straight way, to the grasp or away from it."""
+
+    direction: Vector3 = Field(description="Direction of travel, object frame, unit length.")
+    direction_in_world: Vector3 = Field(description="The same in the scene's frame.")
+    distance: float = Field(description="How far it is free [m].")
+    blocked_by: str | None = Field(description="What ends it; null where it is as long as wanted.")
+
+
+class Clearance(Document):
+    """Where the hand is nearest to what stands around the object."""
+
+    distance: float = Field(description="Distance in the grasp [m].")
+    link: str = Field(description="Collision shape of the hand.")
+    obstacle: str = Field(description="Obstacle or support surface.")
+
+
+class Relaxation(Document):
+    """One constraint that would leave grasps if it were relaxed."""
+
+    constraint: str = Field(description="Entry of the request, such as `approach.directions`.")
+    amount: float | None = Field(description="By how much at least; null where that is no matter of degree.")
+    unit: str = Field(description="Unit of the amount: m, rad or empty.")
+    feasible: int = Field(description="Feasible grasps that were found without it.")
+    message: str = Field(description="The same in a sentence.")
+
+
+class SceneSummary(Document):
+    """The world that was planned in."""
+
+    frame: str = Field(description="Name of the scene's frame.")
+    tool_frame: str = Field(description="Name of the tool frame.")
+    object_pose: FramePose = Field(description="The object in the scene's frame.")
+    stable_pose_share: float | None = Field(
+        description="How likely a dropped object comes to rest like this; null when its pose was given."
+    )
+    warnings: list[str] = Field(description="What a caller may not expect of the scene.")
+    rejected_by: dict[str, int] = Field(description="Grasps that each obstacle or support rejected, most first.")
+    relaxations: list[Relaxation] = Field(
+        description="Single constraints that would leave grasps if they were relaxed, least first; looked for when "
+        "there is none.",
+    )
+
+
 class Grasp(Document):
     """One planned grasp."""
 
@@ -172,6 +239,13 @@ class Grasp(Document):
     initial: InitialState = Field(description="What the run started from.")
     verification: Verification | None = Field(
         default=None, description="Report of the grasp's verification in simulation; null when it was not verified."
+    )
+    world: WorldPoses | None = Field(default=None, description="Palm and tool in the scene's frame.")
+    approach_path: Way | None = Field(default=None, description="The straight way in.")
+    retreat_path: Way | None = Field(default=None, description="The way out with the object.")
+    clearance: Clearance | None = Field(
+        default=None,
+        description="Where the hand is nearest to what stands around the object; null where nothing is near.",
     )
 
 
@@ -250,3 +324,4 @@ class PlanResult(Document):
     summary: PlanSummary = Field(description="How many starts came how far.")
     timings_ms: PlanTimings = Field(description="Where the time of the plan went [ms].")
     grasps: list[Grasp] = Field(description="Grasps, best first.")
+    scene: SceneSummary | None = Field(default=None, description="The world around the object, and what it rejected.")

@@ -1,0 +1,46 @@
+"""Scenes on the command line: a file, a table, directions of approach."""
+
+import json
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from fingersplit.errors import SceneError
+from fingersplit.objects.loading import load_object
+from fingersplit.scene import ApproachCone, Constraints, SupportSurface
+
+__all__ = ["read_constraints"]
+
+
+def read_constraints(file: Path | None, table: bool, approach: Sequence[str]) -> Constraints:
+    """The constraints of a request.
+
+    Args:
+        file: JSON with the entries of ``Constraints``; objects among the obstacles are files beside it.
+        table: Whether a table is added, if the scene has no support surface.
+        approach: Cones as ``ApproachCone.parse`` reads them; they replace those of the file.
+
+    Raises:
+        SceneError: The file is no JSON, or an entry that cannot be used.
+        MeshError: A file of an obstacle that cannot be read.
+    """
+    constraints = Constraints() if file is None else Constraints.from_document(_json(file))
+    if file is not None:
+        folder = file.parent
+        constraints = constraints.resolved(lambda path: load_object(folder / path))
+    scene = constraints.scene
+    if table and not scene.support_surfaces:
+        scene = replace(scene, support_surfaces=(SupportSurface(),))
+    constraints = replace(constraints, scene=scene)
+    if approach:
+        cones = tuple(ApproachCone.parse(text) for text in approach)
+        constraints = replace(constraints, approach=replace(constraints.approach, directions=cones))
+    return constraints
+
+
+def _json(file: Path) -> object:
+    try:
+        document: object = json.loads(file.read_text())
+    except (UnicodeDecodeError, json.JSONDecodeError) as error:
+        raise SceneError("", f"{file} is no JSON: {error}.") from error
+    return document
