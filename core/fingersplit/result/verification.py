@@ -15,6 +15,9 @@ Reason = Literal[
     "initial_penetration",
     "unstable_simulation",
     "joint_torque_saturated",
+    "not_at_rest",
+    "obstacle_touched",
+    "object_pushed",
 ]
 """Why a grasp passed or failed; only ``held`` is a pass."""
 
@@ -26,6 +29,9 @@ _EXPLANATIONS: dict[str, str] = {
     "initial_penetration": "The planned hand lies deeper inside the object's convex pieces than allowed.",
     "unstable_simulation": "The simulation diverged; it gives no evidence.",
     "joint_torque_saturated": "The object was lost because joints reached their torque limits.",
+    "not_at_rest": "The object did not rest on its support as the scene says.",
+    "obstacle_touched": "The hand touched an obstacle or support that it may not touch.",
+    "object_pushed": "The object was pushed farther than allowed before the last finger touched it.",
 }
 
 

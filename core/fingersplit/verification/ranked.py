@@ -17,6 +17,8 @@ from fingersplit.result.verification import VerificationSummary
 from fingersplit.verification.controllers import Controller, load_controller
 from fingersplit.verification.protocol import Protocol
 from fingersplit.verification.protocols import load_protocol
+from fingersplit.verification.protocols.pick import Pick
+from fingersplit.verification.ranked_pick import ResultPicks
 from fingersplit.verification.verifying import verify
 
 __all__ = ["verify_ranked"]
@@ -36,6 +38,7 @@ def verify_ranked(
     deadline: float | None = None,
     threads: int = 1,
     initial: bool = False,
+    obstacle: Callable[[str], ObjectModel] | None = None,
 ) -> PlanResult:
     """Verify a result's grasps in the order of their ranks until ``verified`` of them hold.
 
@@ -54,7 +57,8 @@ def verify_ranked(
         mass: Mass of the object [kg]; None for the one that was planned for.
         deadline: Begin no verification later than this after the call [s]; None for no limit.
         threads: Grasps verified at a time.
-        initial: Verify the initial grasp of each of them by the same protocol, too.
+        initial: Verify the initial grasp of each of them by the same protocol, too; ``pick`` has no way to them.
+        obstacle: Gives the model of an obstacle that is named by its id, for ``pick``; None where there are none.
 
     Returns:
         The same result with the reports in its grasps and a summary of them.
@@ -71,9 +75,13 @@ def verify_ranked(
     controller = load_controller(controller) if isinstance(controller, str) else controller
     began = perf_counter()
 
+    picks = ResultPicks(result, model, hand, pieces, obstacle)
+
     def verify_one(planned: GraspResult) -> GraspResult | None:
         if deadline is not None and perf_counter() - began >= deadline:
             return None
+        if isinstance(protocol, Pick):
+            return replace(planned, verification=picks.verify(planned, protocol, friction))
         grasps = [planned.for_hand(hand), planned.initial.for_hand(hand)]
         reports = [
             verify(

@@ -31,6 +31,7 @@ from fingersplit.verification.frames import SimulationFrames
 from fingersplit.verification.judging import is_decided, judge_branch, measure_phase, simulation_frames
 from fingersplit.verification.protocol import REFERENCE_FRICTION, Phase, Protocol
 from fingersplit.verification.protocols import load_protocol
+from fingersplit.verification.protocols.pick import Pick
 from fingersplit.verification.scene import Scene
 from fingersplit.verification.simulation import run_branches, run_squeeze
 
@@ -111,6 +112,8 @@ def simulate(
     began = perf_counter()
     protocol = load_protocol(protocol) if isinstance(protocol, str) else protocol
     controller = load_controller(controller) if isinstance(controller, str) else controller
+    if isinstance(protocol, Pick):
+        raise SettingsError("Protocol 'pick' needs the scene and the ways of a planned grasp; use verify_ranked.")
     sliding = np.broadcast_to(np.asarray(friction, np.float64), len(hand.fingers))
     if not (np.isfinite(sliding).all() and sliding.min() >= 0.0):
         raise SettingsError(f"friction is {friction!r}; give numbers of at least 0, one or one a finger.")
@@ -165,6 +168,8 @@ def repeat_simulation(
             know.
     """
     settings = report.settings
+    if report.protocol == Pick.name:
+        return Simulated(report, None)  # its frames are in another frame than those of grasps held in the hand
     controller = dict(settings["controller"])
     return simulate(
         grasp,

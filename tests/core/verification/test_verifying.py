@@ -194,7 +194,7 @@ def test_six_directions_are_six_branches_with_their_loads(simulate_grasp):
     assert len(frames.phase_names) == 7
 
 
-@pytest.mark.parametrize("name", sorted(available_protocols()))
+@pytest.mark.parametrize("name", sorted(available_protocols().keys() - {"pick"}))  # see test_pick
 def test_every_preset_runs_and_says_what_it_did(try_grasp, name):
     report = try_grasp("box", name)
     assert report.protocol == name

@@ -26,6 +26,9 @@ VerificationReason = Literal[
     "initial_penetration",
     "unstable_simulation",
     "joint_torque_saturated",
+    "not_at_rest",
+    "obstacle_touched",
+    "object_pushed",
 ]
 """Why a grasp passed or failed; only ``held`` is a pass."""
 
