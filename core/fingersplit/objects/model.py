@@ -97,6 +97,7 @@ class ObjectModel:
             "extents": self.mesh.extents.tolist(),
             "volume": self.mass_properties.volume,
             "mass": self.mass,
+            "mass_basis": self.mass_properties.basis,
             "center_of_mass": self.center_of_mass.tolist(),
             "inertia": self.mass_properties.inertia.tolist(),
             "samples": len(self.surface.normals),

@@ -17,6 +17,20 @@ def box_inertia(mass: float, extents: np.ndarray) -> np.ndarray:
     return mass / 12 * np.diag((extents**2).sum() - extents**2)
 
 
+def cup(wall: float) -> Mesh:
+    """A closed cup of 80 x 100 mm with walls [m]."""
+    outline = [(0, 0), (0.04, 0), (0.04, 0.1), (0.04 - wall, 0.1), (0.04 - wall, wall), (0, wall)]
+    solid = trimesh.creation.revolve(np.array(outline), sections=64)
+    return Mesh(solid.vertices, solid.faces)
+
+
+def half_of(mesh: Mesh) -> np.ndarray:
+    """The faces of a cup's outside: one surface, open above."""
+    middles = mesh.vertices[mesh.faces].mean(axis=1)
+    outside = mesh.trimesh.face_normals
+    return mesh.faces[((outside[:, :2] * middles[:, :2]).sum(axis=1) > 1e-6) | (middles[:, 2] < 1e-6)]
+
+
 def moved(mesh: Mesh, offset: tuple[float, float, float]) -> Mesh:
     return Mesh(mesh.vertices + np.array(offset), mesh.faces)
 
@@ -40,12 +54,31 @@ def test_given_mass_scales_the_inertia_of_any_shape():
     np.testing.assert_allclose(found.inertia, expected["inertia"], rtol=1e-6, atol=1e-12)
 
 
-def test_open_surface_takes_those_of_its_hull():
+def test_box_without_its_lid_counts_as_full():
     solid = box(tuple(EXTENTS))
     top = (np.abs(solid.vertices[solid.faces][:, :, 2] - EXTENTS[2] / 2) < 1e-9).all(axis=1)
     found = mass_properties(Mesh(solid.vertices, solid.faces[~top]), ObjectOptions(mass=1.0))
     assert found.volume == pytest.approx(EXTENTS.prod())
     np.testing.assert_allclose(found.inertia, box_inertia(1.0, EXTENTS), rtol=1e-6, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("make", "options", "mass", "basis"),
+    [
+        (lambda: box(tuple(EXTENTS)), {}, 500 * EXTENTS.prod(), "assumed_density"),
+        (lambda: box((0.2, 0.2, 0.2)), {}, 0.5, "assumed_density"),
+        (lambda: box(tuple(EXTENTS)), {"mass": 0.3}, 0.3, "given"),
+        (lambda: box(tuple(EXTENTS)), {"density": 900.0}, 900 * EXTENTS.prod(), "given_density"),
+        (lambda: cup(3e-3), {}, 1200 * cup(3e-3).volume, "assumed_wall"),
+        (lambda: cup(0.5e-3), {}, 1200 * 2e-3 * cup(0.5e-3).area / 2, "assumed_wall"),
+        (lambda: Mesh(cup(0.5e-3).vertices, half_of(cup(0.5e-3))), {}, None, "assumed_wall"),
+    ],
+)
+def test_mass_is_said_to_be_given_or_assumed(make, options, mass, basis):
+    mesh = make()
+    found = mass_properties(mesh, ObjectOptions(**options))
+    assert found.basis == basis
+    assert found.mass == pytest.approx(1200 * 2e-3 * mesh.area if mass is None else mass)
 
 
 def test_area_and_volume_are_those_of_trimesh():

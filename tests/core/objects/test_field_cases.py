@@ -1,0 +1,265 @@
+"""What users' files did to intake, mass and clouds: each kind, in each format, from Python."""
+
+import numpy as np
+import pytest
+import trimesh
+
+import field_cases as case
+from fingersplit.errors import ObjectFileError
+from fingersplit.objects.intake import read_bytes, read_mesh
+from fingersplit.objects.loading import load_object
+from fingersplit.objects.model import ObjectModel
+from fingersplit.objects.source import ObjectSource
+
+MM = ObjectSource("mm")
+WRITERS = {"obj": case.as_obj, "off": case.as_off, "ply": case.as_ply}
+CUBE = trimesh.creation.box((30, 30, 30))
+
+
+def moved(mesh: trimesh.Trimesh, *offset: float) -> trimesh.Trimesh:
+    return trimesh.Trimesh(mesh.vertices + offset, mesh.faces, process=False)
+
+
+@pytest.mark.parametrize("file_type", WRITERS)
+@pytest.mark.parametrize(("outline", "area", "volume"), [(case.NOTCHED, 144.0, 72.0), (case.DART, 51.83, 15.0)])
+def test_polygons_that_are_not_convex_are_cut_right_from_every_corner(file_type, outline, area, volume):
+    hashes = set()
+    for start in range(len(outline)):
+        data = WRITERS[file_type](case.prism(case.rotated(outline, start), 30))
+        mesh, report = read_mesh(data, file_type, MM)
+        assert mesh.area == pytest.approx(area * 1e-4, rel=1e-4)
+        assert (report.watertight, report.volume_method, report.remarks) == (True, "surface", [])
+        assert report.volume == pytest.approx(volume * 1e-6)
+        triangles = np.sort(np.sort(mesh.vertices[mesh.faces].round(9), axis=1).reshape(-1, 9), axis=0)
+        hashes.add(triangles.tobytes())
+    assert len(hashes) == 1
+
+
+def test_mixed_binary_ply_has_the_faces_of_the_text():
+    prism = case.prism(case.NOTCHED, 30)
+    read = [read_mesh(case.as_ply(prism, encoding=e), "ply", MM)[0] for e in ("binary_big_endian", "ascii")]
+    np.testing.assert_allclose(read[0].vertices, read[1].vertices, atol=1e-9)
+    np.testing.assert_array_equal(read[0].faces, read[1].faces)
+
+
+@pytest.mark.parametrize("file_type", WRITERS)
+@pytest.mark.parametrize(
+    "outline", [[(0, 0), (40, 40), (40, 0), (0, 40)], [(0, 0), (20, 50), (40, 0), (-5, 30), (45, 30)]]
+)
+def test_polygons_that_cross_themselves_are_refused_by_number(file_type, outline):
+    points, faces = case.prism(outline, 30)
+    with pytest.raises(ObjectFileError, match=r"Face 2 of .* crosses itself") as refusal:
+        read_mesh(WRITERS[file_type]((points, [faces[3], faces[1], *faces[4:]])), file_type, MM)
+    assert refusal.value.code == "self_crossing"
+
+
+@pytest.mark.parametrize("seed", range(25))
+def test_any_star_shaped_polygon_is_covered_by_its_triangles(seed):
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(4, 40))
+    angles = (np.arange(n) + rng.uniform(0, 0.9, n)) * 2 * np.pi / n
+    radii = rng.uniform(10, 60, n)
+    x, y = radii * np.cos(angles), radii * np.sin(angles)
+    area = 0.5 * abs(x @ np.roll(y, -1) - y @ np.roll(x, -1))
+    tilt = trimesh.transformations.random_rotation_matrix(rng.random(3))[:3, :3]
+    points, faces = case.prism(list(zip(x, y, strict=True)), 20)
+    mesh, report = read_mesh(case.as_obj(((np.array(points) @ tilt.T).tolist(), faces)), "obj", MM)
+    assert report.watertight
+    assert report.volume == pytest.approx(20e-9 * area, rel=1e-6)
+    perimeter = np.hypot(np.diff(x, append=x[0]), np.diff(y, append=y[0])).sum()
+    assert mesh.area == pytest.approx((2 * area + 20 * perimeter) * 1e-6, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("parts", "volume", "center"),
+    [
+        ([CUBE, moved(CUBE, 30, 0, 0)], 54, (15, 0, 0)),
+        ([CUBE, moved(trimesh.Trimesh(CUBE.vertices[:, [1, 0, 2]], CUBE.faces[:, ::-1]), 30, 0, 0)], 54, (15, 0, 0)),
+        ([CUBE, moved(CUBE, 30, 0, 30)], 54, (15, 0, 15)),
+        ([CUBE, moved(CUBE, 30, 30, 30)], 54, (15, 15, 15)),
+        ([trimesh.creation.box(bounds=b) for b in ([(0, 0, 0), (80, 20, 20)], [(0, 0, 20), (20, 20, 80)])], 56, None),
+        ([CUBE, trimesh.Trimesh(moved(CUBE, 30, 0, 30).vertices, CUBE.faces[:, ::-1])], 54, (15, 0, 15)),
+    ],
+    ids=["sides", "sides_crossed", "edge", "corner", "ell", "edge_one_inside_out"],
+)
+def test_closed_surfaces_that_are_not_manifold_have_their_own_volume(parts, volume, center):
+    mesh, report = read_mesh(case.as_obj(case.joined(*parts)), "obj", MM)
+    assert report.volume_method == "surface"
+    assert mesh.volume == pytest.approx(volume * 1e-6)
+    if center is not None:
+        np.testing.assert_allclose(mesh.center_of_mass, np.array(center) / 1000, atol=1e-9)
+
+
+def test_a_hole_of_no_size_changes_nothing():
+    whole, holed = (read_mesh(case.as_obj(case.pinholed_ell(hole)), "obj", MM) for hole in (False, True))
+    assert (whole[1].volume_method, holed[1].volume_method) == ("surface", "capped_holes")
+    assert holed[1].volume == pytest.approx(56e-6, rel=1e-6)
+    np.testing.assert_allclose(holed[0].center_of_mass, whole[0].center_of_mass, atol=1e-6)
+    assert "1 hole" in holed[1].remarks[0]
+
+
+@pytest.mark.parametrize("share", [0.2, 0.45, 0.8])
+def test_parts_that_overlap_count_once(share):
+    radius, apart = 30.0, 60.0 * share
+    ball = trimesh.creation.icosphere(subdivisions=4, radius=radius)
+    lens = np.pi * (2 * radius - apart) ** 2 * (apart**2 + 4 * apart * radius) / (12 * apart)
+    mesh, report = read_mesh(case.as_obj(case.joined(ball, moved(ball, apart, 0, 0))), "obj", MM)
+    assert report.volume_method == "union"
+    assert mesh.volume == pytest.approx((2 * 4 / 3 * np.pi * radius**3 - lens) * 1e-9, rel=0.01)
+    np.testing.assert_allclose(mesh.center_of_mass, [apart / 2000, 0, 0], atol=3e-4)
+    assert any("overlap" in remark for remark in report.remarks)
+
+
+def test_hull_is_taken_where_openings_are_a_large_part_and_said():
+    bowl = trimesh.creation.icosphere(subdivisions=3, radius=40)
+    bowl.update_faces(bowl.triangles_center[:, 2] < 0)
+    mesh, report = read_mesh(case.as_obj(case.joined(bowl)), "obj", MM)
+    assert report.volume_method == "convex_hull"
+    assert mesh.volume == pytest.approx(2 / 3 * np.pi * 0.04**3, rel=0.03)
+    assert "convex hull" in report.remarks[0]
+
+
+def prepared_cloud(tmp_path, **arrays: np.ndarray) -> ObjectModel:
+    np.savez(tmp_path / "cloud.npz", **arrays)
+    return load_object(tmp_path / "cloud.npz")
+
+
+def test_normals_that_point_inwards_are_turned(tmp_path):
+    points, normals = case.brick_with_normals()
+    outward = prepared_cloud(tmp_path, points=points, normals=normals)
+    inward = prepared_cloud(tmp_path, points=points, normals=-normals)
+    assert inward.mass_properties.volume == outward.mass_properties.volume == pytest.approx(72e-6, rel=0.05)
+    assert (np.linalg.eigvalsh(inward.inertia) > 0).all()
+    assert "turned over" in inward.report.remarks[0]
+    assert outward.report.remarks == []
+
+
+@pytest.mark.parametrize("kind", ["random", "half", "cancelling", "zero", "alike"])
+def test_normals_that_mean_nothing_never_make_a_negative_mass(tmp_path, kind):
+    points, normals = case.brick_with_normals()
+    rng = np.random.default_rng(1)
+    if kind == "cancelling":  # two at each place, one against the other
+        points, normals = np.vstack([points, points + 1e-7]), np.vstack([normals, -normals])
+    else:
+        made = {
+            "random": rng.normal(size=points.shape),
+            "half": normals * rng.choice([-1, 1], (len(points), 1)),
+            "zero": np.zeros_like(points),
+            "alike": np.tile([0.0, 0.0, 1.0], (len(points), 1)),
+        }
+        normals = made[kind]
+    model = prepared_cloud(tmp_path, points=points, normals=normals)
+    assert model.mass > 0
+    assert model.mass_properties.volume > 0
+    assert (np.linalg.eigvalsh(model.inertia) > 0).all()
+
+
+def test_scene_is_told_from_an_object_and_stays_as_large_as_it_was(tmp_path):
+    points, viewpoint = case.box_on_table()
+    model = prepared_cloud(tmp_path, points=points, viewpoint=viewpoint)
+    assert "plane takes 9" in model.report.remarks[0]
+    assert "Cut the object out" in model.report.remarks[0]
+    assert model.mesh.extents[:2] == pytest.approx([0.6, 0.6], abs=0.04)
+    points, normals = case.brick_with_normals()
+    front = normals @ [0.1, 0.2, -1.0] > 0
+    assert prepared_cloud(tmp_path, points=points[front]).report.plane_share == 0
+
+
+@pytest.mark.parametrize("count", [210, 300, 420])
+def test_few_points_are_enough_for_an_object(tmp_path, count):
+    points, normals = case.brick_with_normals(count)
+    model = prepared_cloud(tmp_path, points=points, normals=normals)
+    assert model.mass_properties.volume == pytest.approx(72e-6, rel=0.2)
+
+
+PLATE = trimesh.creation.box(bounds=[(0, 0, 0), (40, 30, 20)])
+MARK = b"\xef\xbb\xbf"
+
+
+@pytest.mark.parametrize("file_type", ["obj", "off", "ply", "stl_ascii"])
+def test_byte_order_mark_is_skipped(file_type):
+    mesh = case.joined(PLATE)
+    data = PLATE.export(file_type="stl_ascii").encode() if file_type == "stl_ascii" else WRITERS[file_type](mesh)
+    _, report = read_mesh(MARK + data, file_type.removesuffix("_ascii"), MM)
+    assert report.volume == pytest.approx(24e-6)
+    assert (report.vertices_in_file, report.vertices) == (36 if file_type == "stl_ascii" else 8, 8)
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "binary_little_endian", "binary_big_endian"])
+def test_strips_are_read_as_the_triangles_they_stand_for(encoding):
+    mesh, report = read_bytes(case.as_ply(case.strip_ball(30), "tristrips", encoding), "ply", MM)
+    assert report.watertight
+    assert mesh.volume == pytest.approx(4 / 3 * np.pi * 0.03**3, rel=0.02)
+    with pytest.raises(ObjectFileError, match="'polygons' lists vertices") as refusal:
+        read_bytes(case.as_ply(case.joined(PLATE), "polygons", encoding), "ply", MM)
+    assert refusal.value.code == "unknown_faces"
+
+
+TEXT = case.as_obj(case.joined(PLATE))
+STL_TEXT = PLATE.export(file_type="stl_ascii").encode()
+
+
+@pytest.mark.parametrize(
+    ("data", "file_type", "code", "words"),
+    [
+        (TEXT.replace(b"40", b"40,5", 1), "obj", "malformed", "line 1 has '40,5', a number with a comma|has '40,5'"),
+        (TEXT.decode().encode("utf-16"), "obj", "wrong_encoding", "text in UTF-16; save it as UTF-8"),
+        (case.as_stl(PLATE, b"x"), "stl", "count_mismatch", "12 triangles, but 1 byte follows the last"),
+        (STL_TEXT.replace(b"endsolid", b"end"), "stl", "truncated", "'endsolid' is missing"),
+        (b"version https://git-lfs.github.com/spec/v1\noid sha256:00\nsize 1\n", "stl", "pointer", "Git LFS"),
+        (b"/annex/objects/SHA256E-s1--00.obj\n", "obj", "pointer", "git-annex"),
+        (b"\x1f\x8b\x08" + bytes(50), "obj", "packed", "gzip"),
+        (b"<!DOCTYPE html><html></html>", "stl", "web_page", "web page"),
+        (case.as_glb({"asset": {}, "scenes": [{"nodes": [0]}], "nodes": [{}]}), "glb", "no_faces", "no mesh in it"),
+    ],
+)  # fmt: skip
+def test_messages_say_what_is_wrong_and_name_no_library(data, file_type, code, words):
+    with pytest.raises(ObjectFileError, match=words) as refusal:
+        read_bytes(data, file_type, MM)
+    assert refusal.value.code == code
+    assert not any(word in str(refusal.value) for word in ("Error", "Exception", "numpy", "trimesh", "<class", "b'"))
+
+
+def scene_without_scenes(**more: object) -> bytes:
+    positions = np.asarray(PLATE.vertices / 1000, "<f4").tobytes()
+    indices = np.asarray(PLATE.faces, "<u2").tobytes()
+    document = {
+        "asset": {"version": "2.0"},
+        "nodes": [{"children": [1]}, {"mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
+        "accessors": [
+            {"bufferView": 0, "componentType": 5126, "count": 8, "type": "VEC3"},
+            {"bufferView": 1, "componentType": 5123, "count": 36, "type": "SCALAR"},
+        ],
+        "bufferViews": [
+            {"buffer": 0, "byteOffset": 0, "byteLength": len(positions)},
+            {"buffer": 0, "byteOffset": len(positions), "byteLength": len(indices)},
+        ],
+        "buffers": [{"byteLength": len(positions) + len(indices)}],
+    }
+    return case.as_glb(document | more, positions + indices)
+
+
+def test_glb_without_scenes_is_read_and_unknown_required_extensions_are_not():
+    assert read_mesh(scene_without_scenes(), "glb")[1].volume == pytest.approx(24e-6)
+    harmless = scene_without_scenes(extensionsRequired=["KHR_materials_unlit", "KHR_texture_transform"])
+    assert read_mesh(harmless, "glb")[1].volume == pytest.approx(24e-6)
+    with pytest.raises(ObjectFileError, match="requires the extension VENDOR_instances") as refusal:
+        read_mesh(scene_without_scenes(extensionsRequired=["VENDOR_instances"]), "glb")
+    assert refusal.value.code == "unknown_extension"
+
+
+def test_what_intake_did_stands_in_every_document(tmp_path):
+    inner = trimesh.creation.icosphere(subdivisions=2, radius=5)
+    for number, (parts, words) in enumerate(
+        [
+            ([CUBE, inner], "1 part inside another"),
+            ([CUBE, moved(CUBE, 70, 0, 0)], "2 parts that share no vertex"),
+            ([trimesh.Trimesh(CUBE.vertices, CUBE.faces[:, ::-1])], "12 triangles of 12 turned over"),
+        ]
+    ):
+        path = tmp_path / f"{number}.obj"
+        path.write_bytes(case.as_obj(case.joined(*parts)))
+        report = load_object(path, unit="mm").to_document()["report"]
+        assert any(words in remark for remark in report["remarks"])
+        assert report["volume_method"] == "surface"
