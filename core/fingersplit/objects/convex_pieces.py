@@ -26,6 +26,9 @@ MIN_VOXELS, MAX_VOXELS = 40_000, 200_000
 """V-HACD lays its grid over a cube about the object, but its time goes with the voxels inside the object. Round objects
 fill half of the cube, scissors a hundredth: the grid is chosen for so many inside, within limits."""
 
+MIN_THICKNESS = 1e-5
+"""Of a piece, as a share of its length."""
+
 HULL_VERTICES = 1024
 CONVEX_SHARE, CONVEX_DEPTH = 0.01, 0.5e-3
 """An object is its own hull when it lacks less than this share of the hull's volume and nowhere lies deeper below it
@@ -99,7 +102,13 @@ def decompose(mesh: Mesh, pieces: int = PIECES, filled_voxels: int = FILLED_VOXE
         maxRecursionDepth=RECURSION,
         asyncACD=False,
     )
-    return ConvexPieces(tuple(_piece(*piece) for piece in found), "vhacdx")
+    return ConvexPieces(tuple(_piece(*piece) for piece in found if _is_solid(piece[0])), "vhacdx")
+
+
+def _is_solid(vertices: NDArray[np.float64]) -> bool:
+    """Whether a piece has a thickness; V-HACD leaves flat ones over, which no engine can collide."""
+    spreads = np.linalg.svd(vertices - vertices.mean(axis=0), compute_uv=False)
+    return bool(spreads[-1] > MIN_THICKNESS * spreads[0])
 
 
 def _own_hull(mesh: Mesh) -> Piece | None:

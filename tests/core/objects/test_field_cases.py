@@ -79,8 +79,9 @@ def test_any_star_shaped_polygon_is_covered_by_its_triangles(seed):
         ([CUBE, moved(CUBE, 30, 30, 30)], 54, (15, 15, 15)),
         ([trimesh.creation.box(bounds=b) for b in ([(0, 0, 0), (80, 20, 20)], [(0, 0, 20), (20, 20, 80)])], 56, None),
         ([CUBE, trimesh.Trimesh(moved(CUBE, 30, 0, 30).vertices, CUBE.faces[:, ::-1])], 54, (15, 0, 15)),
+        ([CUBE, trimesh.Trimesh(moved(CUBE, 30, 0, 0).vertices[:, [0, 2, 1]], CUBE.faces)], 54, (15, 0, 0)),
     ],
-    ids=["sides", "sides_crossed", "edge", "corner", "ell", "edge_one_inside_out"],
+    ids=["sides", "sides_crossed", "edge", "corner", "ell", "edge_one_inside_out", "sides_one_inside_out"],
 )
 def test_closed_surfaces_that_are_not_manifold_have_their_own_volume(parts, volume, center):
     mesh, report = read_mesh(case.as_obj(case.joined(*parts)), "obj", MM)
