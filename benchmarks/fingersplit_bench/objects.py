@@ -11,7 +11,7 @@ from fingersplit.objects.mesh import Mesh
 from fingersplit.objects.parametric import PARAMETRIC_OBJECTS
 from fingersplit_bench.suite import BenchError
 
-__all__ = ["benchmark_objects", "measured_masses"]
+__all__ = ["benchmark_objects", "corpus_folder", "measured_masses"]
 
 MESH_SUFFIXES = {".glb", ".obj", ".off", ".ply", ".stl"}
 
@@ -30,6 +30,12 @@ def benchmark_objects(folder: Path | None) -> dict[str, Callable[[], Mesh]]:
             raise BenchError(f"{folder} holds no mesh; files that are read: {', '.join(sorted(MESH_SUFFIXES))}.")
         return meshes
     return _meshes(_shared_folder()) or dict(PARAMETRIC_OBJECTS)
+
+
+def corpus_folder(folder: Path | None) -> Path | None:
+    """The folder whose files are tried: the given one, else the shared one; None where there is neither."""
+    folder = folder or _shared_folder()
+    return folder if folder.is_dir() else None
 
 
 def measured_masses() -> dict[str, float]:

@@ -11,6 +11,7 @@ SECTIONS = {
     "planner": "fingersplit_bench.planner:measure_planner",
     "paper": "fingersplit_bench.paper:measure_paper",
     "ipopt": "fingersplit_bench.ipopt.section:measure_ipopt",
+    "intake": "fingersplit_bench.intake:intake_chapter",
     "objects": "fingersplit_bench.objects_report:objects_chapter",
     "parallel_grasps": "fingersplit_bench.parallel_grasps:parallel_grasps_chapter",
     "verification": "fingersplit_bench.verification:verification_chapter",

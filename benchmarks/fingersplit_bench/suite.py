@@ -83,6 +83,7 @@ class Bench:
         repeats: How often each measurement is taken.
         starts: Starts of an ordinary plan.
         note: Tells the user what is being measured.
+        corpus: Folder of files for the section `intake`; None for our own objects.
     """
 
     objects: Mapping[str, Callable[[], Mesh]]
@@ -91,6 +92,7 @@ class Bench:
     repeats: int
     starts: int
     note: Callable[[str], None]
+    corpus: Path | None = None
     _models: dict[str, ObjectModel] = field(default_factory=dict)
 
     def model(self, name: str) -> ObjectModel:
