@@ -89,7 +89,7 @@ def try_file(path: str, hand: str, starts: int) -> dict[str, Any]:
     row |= {"plan_s": perf_counter() - began, "feasible": result.feasible, "code": "", "reason": ""}
     row["outcome"] = "planned" if result.feasible else "no grasp"
     if not result.feasible:
-        row["reason"] = result.to_document()["summary"]["message"]
+        row["reason"] = result.message
     return row
 
 

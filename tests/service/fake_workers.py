@@ -210,6 +210,7 @@ def result_document(object_name: str, request: JobCreate) -> dict[str, Any]:
             "extents": [0.06, 0.06, 0.12],
             "volume": 4e-4,
             "mass": 0.2,
+            "mass_basis": "given",
             "center_of_mass": [0.0, 0.0, 0.0],
             "samples": 30000,
             "sample_spacing": 0.001,

@@ -136,6 +136,7 @@ def _object(model: ObjectModel) -> PlannedObject:
         extents=_vector(model.mesh.extents),
         volume=model.mass_properties.volume,
         mass=model.mass,
+        mass_basis=model.mass_properties.basis,
         center_of_mass=_vector(model.center_of_mass),
         inertia=(_vector(model.inertia[0]), _vector(model.inertia[1]), _vector(model.inertia[2])),
         samples=len(model.surface.normals),

@@ -40,7 +40,11 @@ class PlannedObject:
     )
     extents: Vector3 = described("Edge lengths of the axis-aligned bounding box, object frame", "m")
     volume: float = described("Enclosed volume", "m^3")
-    mass: float = described("Mass, given or at the density that the planner assumes", "kg")
+    mass: float = described("Mass, given or assumed", "kg")
+    mass_basis: str = described(
+        "Where the mass is from: given, given_density, assumed_density (500 kg/m^3 up to 0.5 kg), or assumed_wall (a "
+        "thin shell, whose walls have 1200 kg/m^3 and are 2 mm thick at least)"
+    )
     center_of_mass: Vector3 = described("Centre of mass, object frame", "m")
     inertia: tuple[Vector3, Vector3, Vector3] = described(
         "Inertia about the centre of mass, along the axes of the object frame", "kg m^2"

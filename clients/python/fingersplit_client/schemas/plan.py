@@ -262,10 +262,9 @@ class PlannedObject(Document):
     extents: Vector3 = Field(description="Edge lengths of the axis-aligned bounding box, object frame [m].")
     volume: float = Field(description="Enclosed volume [m^3].")
     mass: float = Field(description="Mass, given or assumed [kg].")
-    mass_basis: Literal["given", "given_density", "assumed_density", "assumed_wall"] = Field(
-        default="assumed_density",
-        description="Where the mass is from: given, a given density, 500 kg/m^3 up to 0.5 kg by assumption, or, "
-        "for a thin shell, walls of 1200 kg/m^3 that are 2 mm thick at least.",
+    mass_basis: str = Field(
+        description="Where the mass is from: given, given_density, assumed_density (500 kg/m^3 up to 0.5 kg), or "
+        "assumed_wall (a thin shell, whose walls have 1200 kg/m^3 and are 2 mm thick at least).",
     )
     center_of_mass: Vector3 = Field(description="Centre of mass, object frame [m].")
     inertia: tuple[Vector3, Vector3, Vector3] = Field(
