@@ -272,7 +272,7 @@ def posed_state(barrett: Hand) -> Callable[[ArrayLike, ArrayLike], np.record]:
 
     def pose(joints: ArrayLike, object_from_palm: ArrayLike) -> np.record:
         state, palm = new_states(1)[0], np.asarray(object_from_palm)
-        state.joints[: len(barrett.joint_names)] = joints
+        state.joints[: len(barrett.joint_names)] = state.drivers[: len(barrett.joint_names)] = joints
         state.palm_rotation, state.palm_position = palm[:3, :3], palm[:3, 3]
         move_fingers(barrett.arrays, state)
         return state

@@ -58,9 +58,8 @@ class Contacts(NamedTuple):
     Attributes:
         points: Contact points, (n, F, 3) [m].
         normals: Outward surface normals there, (n, F, 3).
-        jacobians: Of the pads by their finger's joints, (n, F, 3, MAX_CHAIN_JOINTS) [m/rad].
-        torque_limits: Largest torque of each finger's joints, infinite where there is no joint,
-            (F, MAX_CHAIN_JOINTS) [N m].
+        jacobians: Of the pads by the drivers, J S, (n, F, 3, A) [m/rad].
+        torque_limits: Largest torque of each driver, infinite where nothing limits it, (A,) [N m].
     """
 
     points: NDArray[np.float64]

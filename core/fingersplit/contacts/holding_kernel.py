@@ -87,15 +87,29 @@ def _fill_rows(contacts, i, particular, null, frictions, share, s):
             row += 1
         _set_row(particular, null, f, scale(1.0 / MAX_FORCE, inward), 1.0, 0.0, row, s)
         row += 1
-        for k in range(contacts.torque_limits.shape[1]):
-            limit = contacts.torque_limits[f, k]
-            if limit < math.inf:
-                J = contacts.jacobians[i, f]
-                torque = (J[0, k] / limit, J[1, k] / limit, J[2, k] / limit)
-                _set_row(particular, null, f, torque, 1.0, 0.0, row, s)
-                _set_row(particular, null, f, scale(-1.0, torque), 1.0, 0.0, row + 1, s)
-                row += 2
+    for a in range(len(contacts.torque_limits)):
+        _set_torque_rows(contacts, i, a, particular, null, row, s)
+        row += 2
     return row
+
+
+@kernel
+def _set_torque_rows(contacts, i, a, particular, null, row, s):
+    """Inequalities -1 <= sum_f J_f,a . f_f / limit <= 1 of driver ``a``: all the fingers that it moves count."""
+    free, limit = null.shape[1], contacts.torque_limits[a]
+    s.b[row], s.b[row + 1] = 1.0, 1.0
+    s.A[row, : free + 1], s.A[row + 1, : free + 1] = 0.0, 0.0
+    for f in range(contacts.jacobians.shape[1]):
+        J = contacts.jacobians[i, f]
+        torque = (J[0, a] / limit, J[1, a] / limit, J[2, a] / limit)
+        if torque != (0.0, 0.0, 0.0):
+            load = _component(particular, f, torque)
+            s.b[row] -= load
+            s.b[row + 1] += load
+            for j in range(free):
+                s.A[row, j] += _component(null[:, j], f, torque)
+    for j in range(free):
+        s.A[row + 1, j] = -s.A[row, j]
 
 
 @kernel

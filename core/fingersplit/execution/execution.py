@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingersplit.execution.execution_kernel import find_ways
+from fingersplit.hands.drivers import joints_of
 from fingersplit.hands.hand import Hand
 from fingersplit.scene.ways import new_way
 from fingersplit.splitting.state import Problem, new_states, new_work
@@ -76,7 +77,7 @@ def plan_execution(
     return GraspExecution(
         pregrasp_pose=pose,
         pregrasp_joints=way.joints[: len(hand.joint_names)].copy(),
-        squeeze_joints=_squeeze(problem, hand, grasp, pressing),
+        squeeze_joints=_squeeze(problem, grasp, pressing),
         approach_direction=way.direction.copy(),
         approach_distance=float(way.distance),
         blocked_by=int(way.blocked_by),
@@ -86,16 +87,19 @@ def plan_execution(
     )
 
 
-def _squeeze(problem: Problem, hand: Hand, grasp: np.record, forces: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Joint targets off the grasp by the torques J^T f times one factor, so that equal servos press like ``forces``.
+def _squeeze(problem: Problem, grasp: np.record, forces: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Joint targets off the grasp by the driver torques J^T f times one factor, so that equal servos press so.
 
     Where the lever is short that is a small turn: a finger that points along its spread joint is not swung.
     """
-    torques, reach = np.zeros(len(hand.joint_names)), 0.0
+    arrays = problem.hand
+    torques, count = np.zeros(arrays.driver_count), arrays.driver_count
     for finger, force in enumerate(forces):
-        count = problem.hand.joint_counts[finger]
-        J = grasp.jacobians[finger, :, :count]
-        torques[problem.hand.joint_indices[finger, :count]] += J.T @ force
-        reach = max(reach, float(np.linalg.norm(J @ J.T @ force)))
-    joints = grasp.joints[: len(hand.joint_names)]
-    return np.asarray(np.clip(joints + SQUEEZE_DEPTH / reach * torques, hand.lower, hand.upper))
+        drivers = arrays.driver_indices[finger, : arrays.driver_counts[finger]]
+        torques[drivers] += grasp.jacobians[finger, :, : len(drivers)].T @ force
+    reach = 0.0
+    for finger in range(len(forces)):
+        drivers = arrays.driver_indices[finger, : arrays.driver_counts[finger]]
+        reach = max(reach, float(np.linalg.norm(grasp.jacobians[finger, :, : len(drivers)] @ torques[drivers])))
+    drivers = grasp.drivers[:count] + SQUEEZE_DEPTH / reach * torques
+    return joints_of(arrays, np.clip(drivers, arrays.driver_lower[:count], arrays.driver_upper[:count]))

@@ -10,12 +10,13 @@ import numpy as np
 
 from fingersplit.compilation import kernel
 from fingersplit.feasibility.violations_kernel import NO_APPROACH, NO_RETREAT, SLACK_TOLERANCE
-from fingersplit.hands.kinematics_kernel import move_fingers, place_on_link
+from fingersplit.hands.kinematics_kernel import move_drivers, move_fingers, place_on_link
 from fingersplit.objects.signed_distance_kernel import least_distance
 from fingersplit.scene.limits_kernel import direction_allowed, palm_allowed
 from fingersplit.scene.obstacles_kernel import measure_slacks
 from fingersplit.scene.ways import BY_OBJECT, BY_WORKSPACE, NOT_ALLOWED, NOTHING
 from fingersplit.splitting.collision_kernel import RANGE, measure_clearances
+from fingersplit.splitting.tracking_kernel import TOGETHER, add_row, begin_steps, end_steps
 from fingersplit.vectors_kernel import add, column, dot, get, norm, rotate, scale, subtract, vector
 
 __all__ = ["find_ways", "judge_ways"]
@@ -93,7 +94,7 @@ def _put(out, direction):
 @kernel
 def _copy(grasp, probe):
     probe.palm_rotation[:], probe.palm_position[:] = grasp.palm_rotation, grasp.palm_position
-    probe.joints[:], probe.normals[:] = grasp.joints, grasp.normals
+    probe.drivers[:], probe.joints[:], probe.normals[:] = grasp.drivers, grasp.joints, grasp.normals
     return probe
 
 
@@ -112,18 +113,36 @@ def _open(problem, probe, openings, work):
 
 @kernel
 def _open_fingers(hand, state, work):
-    """The smallest joint motion that moves every pad by ``OPENING_STEP`` along its contact's normal, within limits."""
+    """The smallest driver motion that moves every pad by ``OPENING_STEP`` along its contact's normal, within limits."""
+    if hand.fingers_coupled:
+        _open_together(hand, state, work)
+        return
     for finger in range(hand.finger_count):
-        count, indices, J = hand.joint_counts[finger], hand.joint_indices[finger], state.jacobians[finger]
+        count, indices, J = hand.driver_counts[finger], hand.driver_indices[finger], state.jacobians[finger]
         n, squared = get(state.normals, finger), OPENING_DAMPING**2
         for i in range(count):
             work.solver.steps[i] = J[0, i] * n[0] + J[1, i] * n[1] + J[2, i] * n[2]
             squared += work.solver.steps[i] ** 2
         for i in range(count):
-            j = indices[i]
-            angle = state.joints[j] + OPENING_STEP / squared * work.solver.steps[i]
-            state.joints[j] = min(max(angle, hand.lower[j]), hand.upper[j])
-    move_fingers(hand, state)
+            a = indices[i]
+            angle = state.drivers[a] + OPENING_STEP / squared * work.solver.steps[i]
+            state.drivers[a] = min(max(angle, hand.driver_lower[a]), hand.driver_upper[a])
+    move_drivers(hand, state)
+
+
+@kernel
+def _open_together(hand, state, work):
+    """The same for fingers that share drivers, all in one system."""
+    count, solver = begin_steps(hand, state, TOGETHER, OPENING_DAMPING, work.solver), work.solver
+    for finger in range(hand.finger_count):
+        J, n = state.jacobians[finger], get(state.normals, finger)
+        solver.row[:] = 0.0
+        for i in range(hand.driver_counts[finger]):
+            solver.row[hand.driver_indices[finger, i]] = J[0, i] * n[0] + J[1, i] * n[1] + J[2, i] * n[2]
+        add_row(count, OPENING_STEP, 1.0, solver)
+    end_steps(hand, state, TOGETHER, count, solver, work.map.drivers)
+    state.drivers[:] = work.map.drivers
+    move_drivers(hand, state)
 
 
 @kernel

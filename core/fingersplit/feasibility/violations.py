@@ -117,7 +117,7 @@ def _describe(bit: int, hand: Hand, settings: np.record, state: np.record) -> Vi
         return Violation(
             Termination.PAD_ANGLE_VIOLATED,
             f"The pad of {hand.fingers[finger].name} is tilted {state.pad_angles[finger]:.2f} rad against the "
-            f"surface; allowed: {settings.pad_angle_limit:g} rad.",
+            f"surface; allowed: {settings.pad_angle_limit * hand.arrays.pad_angle_scales[finger]:g} rad.",
         )
     if bit == IN_COLLISION:
         return Violation(

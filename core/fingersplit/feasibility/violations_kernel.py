@@ -54,7 +54,7 @@ def find_violations(hand, settings, limits, state):
     for finger in range(hand.finger_count):
         if not state.residuals[finger] <= settings.contact_tolerance:
             mask |= 1 << (OFF_SURFACE + finger)
-        if not state.pad_angles[finger] <= settings.pad_angle_limit:
+        if not state.pad_angles[finger] <= settings.pad_angle_limit * hand.pad_angle_scales[finger]:
             mask |= 1 << (PAD_ANGLE + finger)
     if not state.penetration <= settings.penetration_tolerance:
         mask |= 1 << IN_COLLISION

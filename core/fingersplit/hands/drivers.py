@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from fingersplit.errors import HandError
 from fingersplit.hands.limits import MAX_CHAIN_DRIVERS, MAX_DRIVERS
 
-__all__ = ["set_drivers"]
+__all__ = ["driver_jacobians", "drivers_of", "joints_of", "set_drivers"]
 
 
 def set_drivers(
@@ -44,6 +44,8 @@ def set_drivers(
     hand.coupling[:joints, :drivers], hand.coupling_offset[:joints] = coupling, offset
     hand.driver_lower[:drivers], hand.driver_upper[:drivers] = lower, upper
     hand.uncoupled = joints == drivers and bool((coupling == np.eye(joints)).all()) and not offset.any()
+    mixed = np.flatnonzero(np.count_nonzero(coupling, axis=1) > 1)
+    hand.mixed_count, hand.mixed_joints[: len(mixed)] = len(mixed), mixed
     used = np.zeros(drivers, np.int64)
     for chain in range(hand.chain_count):
         moving = _drivers_of_chain(hand, coupling, chain)
@@ -53,6 +55,37 @@ def set_drivers(
         if chain < hand.finger_count:
             used[moving] += 1
     hand.fingers_coupled = bool((used > 1).any())
+
+
+def joints_of(hand: np.record, drivers: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Joints q = S theta + q0 (..., N) of drivers (..., A) [rad], of a ``HAND`` record."""
+    joints, count = hand.joint_count, hand.driver_count
+    if hand.uncoupled:
+        return drivers.copy()
+    return np.asarray(drivers @ hand.coupling[:joints, :count].T + hand.coupling_offset[:joints])
+
+
+def drivers_of(hand: np.record, joints: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Drivers (..., A) [rad] that put the joints (..., N) [rad] where they are, or as near as they can."""
+    count = hand.joint_count
+    if hand.uncoupled:
+        return joints.copy()
+    inverse = np.linalg.pinv(hand.coupling[:count, : hand.driver_count])
+    return np.asarray((joints - hand.coupling_offset[:count]) @ inverse.T)
+
+
+def driver_jacobians(hand: np.record, jacobians: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Pads' motion by all drivers, (..., F, 3, A) [m/rad], from ``jacobians`` of poses, (..., F, 3, MAX_CHAIN_DRIVERS).
+
+    The torques at the drivers that balance forces f on the pads are the sum over fingers of J_theta,f^T f.
+    """
+    dense = np.zeros((*jacobians.shape[:-3], hand.finger_count, 3, hand.driver_count))
+    for finger in range(hand.finger_count):
+        count = hand.driver_counts[finger]
+        dense[..., finger, :, hand.driver_indices[finger, :count]] = np.moveaxis(
+            jacobians[..., finger, :, :count], -1, 0
+        )
+    return dense
 
 
 def _drivers_of_chain(hand: np.record, coupling: NDArray[np.float64], chain: int) -> list[int]:

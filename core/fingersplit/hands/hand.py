@@ -17,7 +17,6 @@ from fingersplit.hands.files import HandFiles, available_hands, find_hand
 from fingersplit.hands.fingers import Chain, Pad, read_fingers
 from fingersplit.hands.gripper import Gripper, driver_angles, read_gripper
 from fingersplit.hands.kinematics_kernel import move_fingers, place_shape
-from fingersplit.hands.limits import MAX_CHAIN_JOINTS
 from fingersplit.hands.model import HandModel
 from fingersplit.hands.record import active_drivers, hand_record
 from fingersplit.hands.records import POSE
@@ -123,18 +122,6 @@ class Hand:
             for i, joints in zip(links, moving, strict=True)
             if joints and joints[-1] not in active
         )
-
-    @cached_property
-    def finger_torque_limits(self) -> NDArray[np.float64]:
-        """Largest torque of each finger's joints from the palm outwards, infinite beyond, (F, MAX_CHAIN_JOINTS) [N m].
-
-        A driver's limit stands at the driver's own joint; what a driven joint adds is left out.
-        """
-        by_joint = dict(zip(self.driver_names, self.torque_limits, strict=True))
-        limits = np.full((len(self.fingers), MAX_CHAIN_JOINTS), np.inf)
-        for f, finger in enumerate(self.fingers):
-            limits[f, : len(finger.joint_names)] = [by_joint.get(name, np.inf) for name in finger.joint_names]
-        return limits
 
     def spec(self) -> Any:
         """A fresh ``MjSpec`` of the hand: links, hinges, solids, couplings; no actuators."""

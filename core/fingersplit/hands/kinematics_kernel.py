@@ -5,13 +5,26 @@ import math
 from fingersplit.compilation import kernel
 from fingersplit.vectors_kernel import add, column, cross, get, put, rotate, subtract, vector
 
-__all__ = ["move_fingers", "place_on_link", "place_shape"]
+__all__ = ["move_drivers", "move_fingers", "place_on_link", "place_shape"]
+
+
+@kernel
+def move_drivers(hand, pose):
+    """Joints of ``pose`` from its drivers, q = S theta + q0, and all that ``move_fingers`` does."""
+    if hand.uncoupled:
+        pose.joints[:] = pose.drivers
+    else:
+        for j in range(hand.joint_count):
+            pose.joints[j] = hand.coupling_offset[j]
+            for a in range(hand.driver_count):
+                pose.joints[j] += hand.coupling[j, a] * pose.drivers[a]
+    move_fingers(hand, pose)
 
 
 @kernel
 def move_fingers(hand, pose):
     """Forward kinematics: links, pads and Jacobians of ``pose`` from its palm and joints."""
-    for f in range(hand.finger_count):
+    for f in range(hand.chain_count):
         count = hand.joint_counts[f]
         position = vector(pose.palm_position)
         for j in range(count):
@@ -23,14 +36,30 @@ def move_fingers(hand, pose):
                 position = add(position, rotate(pose.link_rotations[f, j - 1], get(hand.positions[f], j)))
                 _turn(pose.link_rotations[f, j - 1], hand.rotations[f, j], angle, pose.link_rotations[f, j])
             put(pose.link_positions[f], j, position)
-        last = pose.link_rotations[f, count - 1]
-        pad = add(position, rotate(last, get(hand.pad_positions, f)))
-        put(pose.pads, f, pad)
-        put(pose.pad_normals, f, rotate(last, get(hand.pad_normals, f)))
-        for j in range(count):
-            axis = column(pose.link_rotations[f, j], 2)
-            motion = cross(axis, subtract(pad, get(pose.link_positions[f], j)))
-            pose.jacobians[f, 0, j], pose.jacobians[f, 1, j], pose.jacobians[f, 2, j] = motion
+        if f < hand.finger_count:
+            last = pose.link_rotations[f, count - 1]
+            put(pose.pads, f, add(position, rotate(last, get(hand.pad_positions, f))))
+            put(pose.pad_normals, f, rotate(last, get(hand.pad_normals, f)))
+            _set_jacobian(hand, pose, f)
+
+
+@kernel
+def _set_jacobian(hand, pose, f):
+    """J_theta of a finger's pad: motion by each joint, summed over the joints that follow each of its drivers."""
+    J, pad = pose.jacobians[f], get(pose.pads, f)
+    if not hand.uncoupled:
+        for k in range(hand.driver_counts[f]):
+            J[0, k], J[1, k], J[2, k] = 0.0, 0.0, 0.0
+    for j in range(hand.joint_counts[f]):
+        axis = column(pose.link_rotations[f, j], 2)
+        motion = cross(axis, subtract(pad, get(pose.link_positions[f], j)))
+        if hand.uncoupled:
+            J[0, j], J[1, j], J[2, j] = motion
+        else:
+            for k in range(hand.driver_counts[f]):
+                share = hand.coupling[hand.joint_indices[f, j], hand.driver_indices[f, k]]
+                for i in range(3):
+                    J[i, k] += share * motion[i]
 
 
 @kernel

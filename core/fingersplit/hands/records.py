@@ -44,6 +44,8 @@ HAND = np.dtype(
         ("driver_upper", np.float64, MAX_DRIVERS),
         ("driver_counts", np.int64, MAX_FINGERS),
         ("driver_indices", np.int64, (MAX_FINGERS, MAX_CHAIN_DRIVERS)),
+        ("mixed_count", np.int64),
+        ("mixed_joints", np.int64, MAX_JOINTS),
         ("uncoupled", np.bool_),
         ("fingers_coupled", np.bool_),
         ("shape_kinds", np.int64, MAX_SHAPES),
@@ -75,6 +77,7 @@ collisions. A joint may stand in several chains. ``hands.drivers.set_drivers`` w
 - ``lower``, ``upper`` (N,): joint limits [rad].
 - ``coupling`` S (N, A) and ``coupling_offset`` q0 (N,) [rad]: joints q = S theta + q0 of drivers theta;
   ``driver_lower``, ``driver_upper`` (A,) [rad] keep every joint that follows one driver alone within its own limits.
+- ``mixed_joints`` (mixed_count,): joints that follow several drivers, whose limits are no limits of one driver.
 - ``driver_counts`` (F,), ``driver_indices`` (F, MAX_CHAIN_DRIVERS): drivers that move each chain; ``uncoupled``: S = I
   and q0 = 0; ``fingers_coupled``: a driver moves several fingers, so that they cannot be solved for one by one.
 - ``shape_kinds`` (see ``hands.shapes``), ``shape_fingers`` (-1 for the palm), ``shape_links`` (joint of that finger
@@ -89,18 +92,20 @@ collisions. A joint may stand in several chains. ``hands.drivers.set_drivers`` w
 POSE_FIELDS = [
     ("palm_rotation", np.float64, (3, 3)),
     ("palm_position", np.float64, 3),
+    ("drivers", np.float64, MAX_DRIVERS),
     ("joints", np.float64, MAX_JOINTS),
     ("link_rotations", np.float64, (MAX_FINGERS, MAX_CHAIN_JOINTS, 3, 3)),
     ("link_positions", np.float64, (MAX_FINGERS, MAX_CHAIN_JOINTS, 3)),
     ("pads", np.float64, (MAX_FINGERS, 3)),
     ("pad_normals", np.float64, (MAX_FINGERS, 3)),
-    ("jacobians", np.float64, (MAX_FINGERS, 3, MAX_CHAIN_JOINTS)),
+    ("jacobians", np.float64, (MAX_FINGERS, 3, MAX_CHAIN_DRIVERS)),
 ]
 """Where a hand stands in some frame (here the object's).
 
 ``object_from_palm`` and ``joints`` [rad] are the input of ``move_fingers``; its output are ``object_from_link``, the
-pad centres [m], the unit vectors out of the pads, and the pad centres by the finger's own joints, ``J_q2c,i`` of
-[Fan2018] eq. (3b) [m/rad].
+pad centres [m], the unit vectors out of the pads, and the pad centres by the drivers that move the finger
+(``driver_indices``), J_theta = J S with ``J_q2c,i`` of [Fan2018] eq. (3b) as J [m/rad]. ``move_drivers`` sets the
+joints from the ``drivers`` [rad] first.
 """
 
 POSE = np.dtype(POSE_FIELDS, align=True)

@@ -12,6 +12,7 @@ from fingersplit.contacts.metric import GraspState
 from fingersplit.contacts.metrics import assess
 from fingersplit.contacts.wrench_space import WrenchSpace
 from fingersplit.execution.execution import GraspExecution, plan_execution
+from fingersplit.hands.drivers import driver_jacobians
 from fingersplit.hands.hand import Hand
 from fingersplit.objects.model import ObjectModel
 from fingersplit.parallel_grasps.antipodal import MIN_OPENING
@@ -117,7 +118,7 @@ def _contacts(runs: Sequence[Run]) -> Contacts:
     points, normals, jacobians = (
         np.array([run.last[name][: len(hand.fingers)] for run in runs]) for name in ("contacts", "normals", "jacobians")
     )
-    return Contacts(points, normals, jacobians, hand.finger_torque_limits)
+    return Contacts(points, normals, driver_jacobians(hand.arrays, jacobians), hand.torque_limits)
 
 
 def _nearly_same(a: Run, b: Run) -> bool:

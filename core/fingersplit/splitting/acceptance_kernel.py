@@ -63,7 +63,8 @@ def _pulled(hand, settings, state, candidate):
 def judge_pads(hand, settings, state, candidate):
     """Pad angles of ``candidate`` against ``state``."""
     for finger in range(hand.finger_count):
-        if candidate.pad_angles[finger] > max(settings.pad_angle_limit, state.pad_angles[finger]):
+        limit = settings.pad_angle_limit * hand.pad_angle_scales[finger]
+        if candidate.pad_angles[finger] > max(limit, state.pad_angles[finger]):
             return REACHED_PAD_ANGLE
     return CONTINUE
 

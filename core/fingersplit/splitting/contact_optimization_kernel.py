@@ -3,16 +3,17 @@
 import math
 
 from fingersplit.compilation import kernel
-from fingersplit.hands.kinematics_kernel import move_fingers
+from fingersplit.hands.kinematics_kernel import move_drivers
 from fingersplit.objects.surface_kernel import closest
 from fingersplit.splitting.acceptance_kernel import CONTINUE, REACHED_ITERATION_LIMIT, judge
 from fingersplit.splitting.clock_kernel import seconds
+from fingersplit.splitting.coupled_contacts_kernel import step_together
 from fingersplit.splitting.objective_kernel import manipulability_gradient, object_quality_gradient
 from fingersplit.splitting.potential_kernel import add_penalty_gradient
 from fingersplit.splitting.state_kernel import attach_contacts, evaluate, measure_collision
 from fingersplit.splitting.trace_kernel import CPO, record, record_contact_steps
 from fingersplit.splitting.tracking_kernel import STATIONARY, at_limit, track
-from fingersplit.vectors_kernel import add, get, scale, solve_positive_definite, subtract
+from fingersplit.vectors_kernel import add, get, put, scale, solve_positive_definite, subtract
 
 __all__ = ["optimize_contacts", "tangent_step"]
 
@@ -68,37 +69,41 @@ def tangent_step(hand, settings, center, state, work, radius):
 
         minimise |J d_q - g_c|^2 + |d_q - g_q|^2  subject to  n^T J d_q = 0.
 
-    A joint at its limit and pushed outwards leaves the active set and the problem is solved again. ``radius`` is
+    Fingers that share a driver are solved for together (``coupled_contacts_kernel``). A driver at its limit and pushed
+    outwards leaves the active set and the problem is solved again. ``radius`` is
     sigma_cpo.
     """
     fingers = hand.finger_count
     object_quality_gradient(state.contacts, fingers, work.step.contact_gradient)
-    manipulability_gradient(hand, state.joints, work.step.joint_gradient)
+    manipulability_gradient(hand, state.drivers, work.step.driver_gradient)
     work.step.contact_gradient[:] *= settings.object_weight
-    work.step.joint_gradient[:] *= settings.hand_weight
+    work.step.driver_gradient[:] *= settings.hand_weight
     add_penalty_gradient(hand, settings, state, center, work.step)
     squared, steepest = 0.0, 0.0
+    if hand.fingers_coupled:
+        step_together(hand, state, work)
     for finger in range(fingers):
-        _finger_step(hand, state, finger, work)
+        if not hand.fingers_coupled:
+            _finger_step(hand, state, finger, work)
         for k in range(3):
             squared += work.step.contact_step[finger, k] ** 2
             steepest += work.step.contact_gradient[finger, k] ** 2
-    for j in range(hand.joint_count):
-        squared += work.step.joint_step[j] ** 2
-        steepest += work.step.joint_gradient[j] ** 2
+    for j in range(hand.driver_count):
+        squared += work.step.driver_step[j] ** 2
+        steepest += work.step.driver_gradient[j] ** 2
     moves = squared > STATIONARY**2 * steepest
     alpha = radius / math.sqrt(squared) if moves else 0.0
     for finger in range(fingers):
         for k in range(3):
             work.step.contact_step[finger, k] *= alpha
-    for j in range(hand.joint_count):
-        work.step.joint_step[j] *= alpha
+    for j in range(hand.driver_count):
+        work.step.driver_step[j] *= alpha
 
 
 @kernel
 def _finger_step(hand, state, finger, work):
     """One finger's part of d_0: solves (J^T J + I) d_q = J^T g_c + g_q - lambda J^T n for d_q, lambda."""
-    count, J, frozen = hand.joint_counts[finger], state.jacobians[finger], work.solver.frozen
+    count, J, frozen = hand.driver_counts[finger], state.jacobians[finger], work.solver.frozen
     g, n = get(work.step.contact_gradient, finger), get(state.normals, finger)
     H, B = work.solver.matrix, work.solver.columns
     for i in range(count):
@@ -112,7 +117,7 @@ def _finger_step(hand, state, finger, work):
             B[i, 0], B[i, 1] = 0.0, 0.0
             if not frozen[i]:
                 B[i, 0] = J[0, i] * g[0] + J[1, i] * g[1] + J[2, i] * g[2]
-                B[i, 0] += work.step.joint_gradient[hand.joint_indices[finger, i]]
+                B[i, 0] += work.step.driver_gradient[hand.driver_indices[finger, i]]
                 B[i, 1] = J[0, i] * n[0] + J[1, i] * n[1] + J[2, i] * n[2]
         solve_positive_definite(H, B, count)
         along, across = 0.0, 0.0  # n^T J of both solutions
@@ -124,16 +129,16 @@ def _finger_step(hand, state, finger, work):
         multiplier = along / across if across > 0.0 else 0.0
         changed = False
         for i in range(count):
-            j = hand.joint_indices[finger, i]
-            work.step.joint_step[j] = B[i, 0] - multiplier * B[i, 1]
-            if not frozen[i] and at_limit(hand, state.joints, j, work.step.joint_step[j]):
+            j = hand.driver_indices[finger, i]
+            work.step.driver_step[j] = B[i, 0] - multiplier * B[i, 1]
+            if not frozen[i] and at_limit(hand, state.drivers, j, work.step.driver_step[j]):
                 frozen[i], changed = True, True
         if not changed:
             break
     for k in range(3):
         work.step.contact_step[finger, k] = 0.0
         for i in range(count):
-            work.step.contact_step[finger, k] += J[k, i] * work.step.joint_step[hand.joint_indices[finger, i]]
+            work.step.contact_step[finger, k] += J[k, i] * work.step.driver_step[hand.driver_indices[finger, i]]
 
 
 @kernel
@@ -147,9 +152,9 @@ def _project(problem, state, fraction, candidate, work):
         sample, reference, normal = closest(problem.surface, reached, state.samples[finger])
         candidate.samples[finger] = sample
         target = add(reference, scale(hand.pad_radii[finger], normal))
-        displacement = scale(gain, subtract(target, get(state.pads, finger)))
-        track(hand, state, finger, displacement, work.solver, candidate.joints)
-    move_fingers(hand, candidate)
+        put(work.step.displacements, finger, scale(gain, subtract(target, get(state.pads, finger))))
+    track(hand, state, work.step.displacements, work.solver, candidate.drivers)
+    move_drivers(hand, candidate)
     attach_contacts(problem.surface, hand, candidate)
     evaluate(hand, settings, candidate)
 

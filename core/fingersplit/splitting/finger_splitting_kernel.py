@@ -1,7 +1,7 @@
 """Algorithm 3 of [Fan2018]: the iterative CPO-PPO that splits the fingers of a mapped grasp."""
 
 from fingersplit.compilation import kernel
-from fingersplit.hands.kinematics_kernel import move_fingers
+from fingersplit.hands.kinematics_kernel import move_drivers
 from fingersplit.splitting.acceptance_kernel import (
     CONTINUE,
     REACHED_COLLISION,
@@ -19,7 +19,7 @@ from fingersplit.splitting.palm_optimization_kernel import optimize_palm
 from fingersplit.splitting.state_kernel import attach_contacts, evaluate, measure_collision, pad_target
 from fingersplit.splitting.trace_kernel import MAP, SETTLE, record
 from fingersplit.splitting.tracking_kernel import track
-from fingersplit.vectors_kernel import get, subtract
+from fingersplit.vectors_kernel import get, put, subtract
 
 __all__ = ["SETTLE_ITERATIONS", "split_fingers"]
 
@@ -81,8 +81,9 @@ def _settle(problem, states, work, times, trace):
         states[1] = states[0]
         for finger in range(hand.finger_count):
             error = subtract(pad_target(hand, state, finger), get(state.pads, finger))
-            track(hand, state, finger, error, work.solver, candidate.joints)
-        move_fingers(hand, candidate)
+            put(work.step.displacements, finger, error)
+        track(hand, state, work.step.displacements, work.solver, candidate.drivers)
+        move_drivers(hand, candidate)
         attach_contacts(problem.surface, hand, candidate)
         evaluate(hand, settings, candidate)
         if candidate.residuals[: hand.finger_count].max() > 0.99 * before:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingersplit.errors import HandError
+from fingersplit.hands.drivers import drivers_of
 from fingersplit.hands.hand import Hand
 from fingersplit.hands.limits import MAX_PRESHAPES, MAX_STANDOFFS
 from fingersplit.splitting.jaw_table_kernel import fill_table
@@ -32,7 +33,7 @@ class JawTable(NamedTuple):
         center: Jaw centre along the lateral and the jaw axis, (2,) [m].
         openings: Distances of the two contacts, evenly spaced, (W,) [m].
         standoffs: Distances of the jaw centre along the approach axis, (H,) [m].
-        joints: Joint angles that put the pads on the contacts, (P, W, H, N) [rad].
+        drivers: Drivers that put the pads on the contacts, (P, W, H, A) [rad].
         errors: Largest distance of a pad from where it belongs, (P, W, H) [m].
         lateral_offsets: Lateral places of the fingers about the middle of their jaw, (P, F) [m].
     """
@@ -42,7 +43,7 @@ class JawTable(NamedTuple):
     center: NDArray[np.float64]
     openings: NDArray[np.float64]
     standoffs: NDArray[np.float64]
-    joints: NDArray[np.float64]
+    drivers: NDArray[np.float64]
     errors: NDArray[np.float64]
     lateral_offsets: NDArray[np.float64]
 
@@ -55,7 +56,7 @@ def jaw_table(hand: Hand) -> JawTable:
         HandError: The hand has more preshapes than the kernels have room for.
     """
     gripper = hand.gripper
-    preshapes, fingers, joints = len(gripper.preshapes), len(hand.fingers), len(hand.joint_names)
+    preshapes, fingers, drivers = len(gripper.preshapes), len(hand.fingers), int(hand.arrays.driver_count)
     if not 1 <= preshapes <= MAX_PRESHAPES:
         raise HandError(f"Hand {hand.name!r} has {preshapes} preshapes; give 1 to {MAX_PRESHAPES}.")
     table = JawTable(
@@ -64,9 +65,9 @@ def jaw_table(hand: Hand) -> JawTable:
         center=gripper.center,
         openings=np.linspace(*gripper.opening, OPENINGS),
         standoffs=np.linspace(*gripper.standoff, STANDOFFS),
-        joints=np.zeros((preshapes, OPENINGS, STANDOFFS, joints)),
+        drivers=np.zeros((preshapes, OPENINGS, STANDOFFS, drivers)),
         errors=np.zeros((preshapes, OPENINGS, STANDOFFS)),
         lateral_offsets=np.zeros((preshapes, fingers)),
     )
-    fill_table(hand.arrays, gripper.preshapes, table, new_states(1), new_work())
+    fill_table(hand.arrays, drivers_of(hand.arrays, gripper.preshapes), table, new_states(1), new_work())
     return table

@@ -9,21 +9,25 @@ best few are brought to the surface, and the best of those is the start.
 import math
 
 from fingersplit.compilation import kernel
-from fingersplit.hands.kinematics_kernel import move_fingers
+from fingersplit.hands.kinematics_kernel import move_drivers
 from fingersplit.objects.signed_distance_kernel import sample_near
 from fingersplit.objects.surface_kernel import closest
 from fingersplit.scene.obstacles_kernel import rough_violation
 from fingersplit.splitting.collision_kernel import rough_penetration
-from fingersplit.splitting.state_kernel import attach_contacts, evaluate, measure_collision, pad_target
-from fingersplit.splitting.tracking_kernel import track
+from fingersplit.splitting.pull_kernel import pull_pads
+from fingersplit.splitting.state_kernel import attach_contacts, evaluate, measure_collision
 from fingersplit.vectors_kernel import add, cross, dot, get, norm, put, scale, subtract
 
 __all__ = ["REFINED", "map_grasp", "screen_grasp"]
 
 REFINED = 2
 """Combinations of preshape and standoff that are brought to the surface."""
-REACH_ITERATIONS = 2
-ATTACHED_ITERATIONS = 3
+ITERATIONS, FACING_ITERATIONS = 10, 8
+"""Steps that bring all pads to the surface, and the first of them that turn pads to face it, too."""
+DAMPING = 1e-2
+"""[m/rad]; of these steps: a tenth of a finger's reach."""
+FACING = 2e-2
+"""[m]; a radian between pad and surface counts as much as this gap."""
 PAD_ANGLE_SCALE = 0.4
 """[rad]; a pad tilted this much costs 1."""
 REACH_SCALE = 2e-3
@@ -68,7 +72,7 @@ def screen_grasp(problem, table, first, second, approach, states, work, costs, c
     if w < 0:
         return
     combinations = work.map.combinations
-    for p in range(len(table.joints)):
+    for p in range(len(table.drivers)):
         _aim(problem, table, p, first, second, lateral, state)
         for h in range(len(table.standoffs)):
             combinations[p, h] = math.inf
@@ -77,7 +81,7 @@ def screen_grasp(problem, table, first, second, approach, states, work, costs, c
                 evaluate(hand, settings, state)
                 combinations[p, h] = _cost(hand, state, SCREENING_REACH_SCALE)
     while True:
-        p, h = _cheapest(combinations, len(table.joints), len(table.standoffs))
+        p, h = _cheapest(combinations, len(table.drivers), len(table.standoffs))
         cost = combinations[p, h]
         if not cost < costs[-1]:
             return
@@ -89,7 +93,7 @@ def screen_grasp(problem, table, first, second, approach, states, work, costs, c
 
 @kernel
 def map_grasp(problem, table, first, second, approach, choices, states, work, times):
-    """The start of a screened parallel grasp into ``states[0]``; ``states[1]`` is scratch.
+    """The start of a screened parallel grasp into ``states[0]``; ``states[1]`` and ``states[2]`` are scratch.
 
     ``choices`` are those of ``screen_grasp``; ``times`` is a ``PHASE_TIMES`` record, added to.
 
@@ -106,8 +110,7 @@ def map_grasp(problem, table, first, second, approach, choices, states, work, ti
             continue
         _aim(problem, table, p, first, second, lateral, candidate)
         _place(hand, table, p, w, h, lateral, jaw, forward, middle, candidate)
-        _reach(problem, REACH_ITERATIONS, False, candidate, work)
-        _reach(problem, ATTACHED_ITERATIONS, True, candidate, work)
+        _reach(problem, candidate, states[2], work)
         evaluate(hand, settings, candidate)
         if candidate.residuals[: hand.finger_count].max() > OUT_OF_REACH:
             continue
@@ -163,8 +166,8 @@ def _place(hand, table, p, w, h, lateral, jaw, forward, middle, state):
         for k in range(3):
             state.palm_rotation[i, k] = lateral[i] * W[k, 0] + jaw[i] * W[k, 1] + forward[i] * W[k, 2]
         state.palm_position[i] = middle[i] - (x * lateral[i] + y * jaw[i] + z * forward[i])
-    state.joints[: hand.joint_count] = table.joints[p, w, h]
-    move_fingers(hand, state)
+    state.drivers[: hand.driver_count] = table.drivers[p, w, h]
+    move_drivers(hand, state)
 
 
 @kernel
@@ -183,19 +186,21 @@ def _aim(problem, table, p, first, second, lateral, state):
 
 
 @kernel
-def _reach(problem, iterations, attached, state, work):
-    """Full tracking steps of all fingers towards their contacts, which follow the fingertips when ``attached``."""
+def _reach(problem, state, scratch, work):
+    """Pull all pads to the surface and turn them to face it; their contacts follow them from the start.
+
+    Aims that stay where the two contacts are have no hold on joints that turn a pad about itself: on small objects
+    Barrett's spread ran into its limit.
+    """
     hand = problem.hand
-    work.map.joints[:] = state.joints  # joints of no finger stay
-    for _ in range(iterations):
-        for finger in range(hand.finger_count):
-            error = subtract(pad_target(hand, state, finger), get(state.pads, finger))
-            # Aside first: track reads the old angles again for every joint that meets its limit.
-            track(hand, state, finger, error, work.solver, work.map.joints)
-        state.joints[:] = work.map.joints
-        move_fingers(hand, state)
-        if attached:
-            attach_contacts(problem.surface, hand, state)
+    for iteration in range(ITERATIONS):
+        attach_contacts(problem.surface, hand, state)
+        evaluate(hand, problem.settings, state)
+        facing = FACING if iteration < FACING_ITERATIONS else 0.0
+        pull_pads(problem, state, DAMPING, facing, False, work, scratch)
+        state.drivers[:] = scratch.drivers
+        move_drivers(hand, state)
+    attach_contacts(problem.surface, hand, state)
 
 
 @kernel

@@ -1,7 +1,8 @@
 """The quality that finger splitting climbs, Q = w1 Q_o + w2 Q_h of [Fan2018], with its gradients.
 
 Departures: w2 is positive, since Q_h is already minus a sum of squares (see REFERENCES.md, Fan2018, sign of w2); with
-other than three fingers Q_o is the mean over all contact triples, which is the paper's for three.
+other than three fingers Q_o is the mean over all contact triples, which is the paper's for three; Q_h counts drivers,
+so that joints which follow one another count once.
 """
 
 from fingersplit.compilation import kernel
@@ -42,18 +43,18 @@ def object_quality_gradient(contacts, count, gradient):
 
 
 @kernel
-def manipulability(hand, joints):
-    """Q_h: minus half the squared distances of the joints (N,) [rad] from mid-range, each over its range."""
+def manipulability(hand, drivers):
+    """Q_h: minus half the squared distances of the drivers (A,) [rad] from mid-range, each over its range."""
     total = 0.0
-    for j in range(hand.joint_count):
-        width = hand.upper[j] - hand.lower[j]
-        total -= 0.5 * ((joints[j] - 0.5 * (hand.upper[j] + hand.lower[j])) / width) ** 2
+    for a in range(hand.driver_count):
+        width = hand.driver_upper[a] - hand.driver_lower[a]
+        total -= 0.5 * ((drivers[a] - 0.5 * (hand.driver_upper[a] + hand.driver_lower[a])) / width) ** 2
     return total
 
 
 @kernel
-def manipulability_gradient(hand, joints, gradient):
-    """Gradient of Q_h by the joints into ``gradient`` (N,) [1/rad]."""
-    for j in range(hand.joint_count):
-        width = hand.upper[j] - hand.lower[j]
-        gradient[j] = -(joints[j] - 0.5 * (hand.upper[j] + hand.lower[j])) / (width * width)
+def manipulability_gradient(hand, drivers, gradient):
+    """Gradient of Q_h by the drivers into ``gradient`` (A,) [1/rad]."""
+    for a in range(hand.driver_count):
+        width = hand.driver_upper[a] - hand.driver_lower[a]
+        gradient[a] = -(drivers[a] - 0.5 * (hand.driver_upper[a] + hand.driver_lower[a])) / (width * width)

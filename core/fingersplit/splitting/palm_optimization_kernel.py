@@ -8,10 +8,11 @@ of finger i's pad on its contact (a ball joint there is the paper's rotational f
 import math
 
 from fingersplit.compilation import kernel
-from fingersplit.hands.kinematics_kernel import move_fingers
+from fingersplit.hands.kinematics_kernel import move_drivers
 from fingersplit.splitting.acceptance_kernel import CONTINUE, REACHED_ITERATION_LIMIT, judge
 from fingersplit.splitting.clock_kernel import seconds
 from fingersplit.splitting.objective_kernel import manipulability_gradient
+from fingersplit.splitting.palm_motion_kernel import halves, move_palm
 from fingersplit.splitting.potential_kernel import add_penalty_gradient
 from fingersplit.splitting.state_kernel import evaluate, pad_target
 from fingersplit.splitting.trace_kernel import PPO, record
@@ -21,18 +22,13 @@ from fingersplit.vectors_kernel import (
     cross,
     dot,
     get,
-    multiply,
-    norm,
     put,
-    rotate,
     scale,
-    set_rotation_about,
     solve_positive_definite,
     subtract,
-    vector,
 )
 
-__all__ = ["move_palm", "optimize_palm", "palm_tangent_step"]
+__all__ = ["optimize_palm", "palm_tangent_step"]
 
 
 @kernel
@@ -60,34 +56,34 @@ def optimize_palm(problem, states, work, times, trace):
 
 @kernel
 def palm_tangent_step(hand, settings, center, state, work, radius):
-    """Eq. (7): object velocity V_po^b into ``work.step.twist`` and joint velocities into ``work.step.joint_step``.
+    """Eq. (7): object velocity V_po^b into ``work.step.twist`` and driver velocities into ``work.step.driver_step``.
 
-    The gradient (g_V, g) of the merit by the object's velocity and by the joints, projected on the grasp constraint
+    The gradient (g_V, g) of the merit by the object's velocity and by the drivers, projected on the grasp constraint
     G^T V = J_h q_dot: with M = G^T G + J_h J_h^T and lambda = M^-1 (J_h g - G^T g_V), V = g_V + G lambda and
     q_dot = g - J_h^T lambda, scaled to |q_dot| = sigma_ppo, which is ``radius``. Without potentials g_V is zero and
-    this is the paper's. A joint at its limit and pushed outwards leaves the active set.
+    this is the paper's. A driver at its limit and pushed outwards leaves the active set.
     """
-    manipulability_gradient(hand, state.joints, work.step.joint_gradient)
-    work.step.joint_gradient[:] *= settings.hand_weight
+    manipulability_gradient(hand, state.drivers, work.step.driver_gradient)
+    work.step.driver_gradient[:] *= settings.hand_weight
     work.step.twist_gradient[:] = 0.0
     add_penalty_gradient(hand, settings, state, center, work.step)
     work.solver.frozen[:] = False
-    for _ in range(hand.joint_count + 1):
+    for _ in range(hand.driver_count + 1):
         _solve_grasp_constraint(hand, state, center, work)
         changed = False
-        for j in range(hand.joint_count):
-            if not work.solver.frozen[j] and at_limit(hand, state.joints, j, work.step.joint_step[j]):
+        for j in range(hand.driver_count):
+            if not work.solver.frozen[j] and at_limit(hand, state.drivers, j, work.step.driver_step[j]):
                 work.solver.frozen[j], changed = True, True
         if not changed:
             break
     squared, steepest = 0.0, 0.0
-    for j in range(hand.joint_count):
-        squared += work.step.joint_step[j] ** 2
-        steepest += work.step.joint_gradient[j] ** 2
+    for j in range(hand.driver_count):
+        squared += work.step.driver_step[j] ** 2
+        steepest += work.step.driver_gradient[j] ** 2
     moves = squared > STATIONARY**2 * steepest
     alpha = radius / math.sqrt(squared) if moves else 0.0
     work.step.twist[:] *= alpha
-    work.step.joint_step[:] *= alpha
+    work.step.driver_step[:] *= alpha
 
 
 @kernel
@@ -102,66 +98,50 @@ def _solve_grasp_constraint(hand, state, center, work):
             for i in range(3):
                 for k in range(3):
                     M[3 * a + i, 3 * b + k] = (1.0 + inner if i == k else 0.0) - q[i] * p[k]
-    linear, angular = _halves(work.step.twist_gradient)
+    linear, angular = halves(work.step.twist_gradient)
     for a in range(fingers):
         J = state.jacobians[a]
         drift = add(linear, cross(angular, subtract(pad_target(hand, state, a), center)))  # G_a^T g_V
         for i in range(3):
             B[3 * a + i, 0] = -drift[i]
             B[3 * a + i, 1] = 0.0
-            for c in range(hand.joint_counts[a]):
-                j = hand.joint_indices[a, c]
+            for c in range(hand.driver_counts[a]):
+                j = hand.driver_indices[a, c]
                 if not work.solver.frozen[j]:
-                    B[3 * a + i, 0] += J[i, c] * work.step.joint_gradient[j]
+                    B[3 * a + i, 0] += J[i, c] * work.step.driver_gradient[j]
                     for k in range(3):
                         M[3 * a + i, 3 * a + k] += J[i, c] * J[k, c]
+    if hand.fingers_coupled:
+        _couple_fingers(hand, state, work)
     solve_positive_definite(M, B, 3 * fingers)
+    for j in range(hand.driver_count):
+        work.step.driver_step[j] = 0.0 if work.solver.frozen[j] else work.step.driver_gradient[j]
     for a in range(fingers):
         multiplier = (B[3 * a, 0], B[3 * a + 1, 0], B[3 * a + 2, 0])
         linear = add(linear, multiplier)
         angular = add(angular, cross(subtract(pad_target(hand, state, a), center), multiplier))
         J = state.jacobians[a]
-        for c in range(hand.joint_counts[a]):
-            j = hand.joint_indices[a, c]
-            work.step.joint_step[j] = 0.0
+        for c in range(hand.driver_counts[a]):
+            j = hand.driver_indices[a, c]
             if not work.solver.frozen[j]:
-                pull = J[0, c] * multiplier[0] + J[1, c] * multiplier[1] + J[2, c] * multiplier[2]
-                work.step.joint_step[j] = work.step.joint_gradient[j] - pull
+                work.step.driver_step[j] -= J[0, c] * multiplier[0] + J[1, c] * multiplier[1] + J[2, c] * multiplier[2]
     for k in range(3):
         work.step.twist[k], work.step.twist[3 + k] = linear[k], angular[k]
 
 
 @kernel
-def _halves(twist):
-    """Linear and angular part of a (6,) array as vectors."""
-    return (twist[0], twist[1], twist[2]), (twist[3], twist[4], twist[5])
-
-
-@kernel
-def move_palm(twist, duration, center, old, rotation, new):
-    """Eq. (8), g_po exp(V duration), as seen from the object: palm pose exp(-V duration) g_op.
-
-    Args:
-        twist: Object body velocity about ``center``, linear then angular, (6,) [m/s, rad/s].
-        duration: Time [s].
-        center: Origin of the twist in the object frame [m].
-        old: Record with the palm before.
-        rotation: Scratch, (3, 3).
-        new: Record that gets the palm after.
-    """
-    linear, angular = _halves(twist)
-    shift, turn = scale(-duration, linear), scale(-duration, angular)
-    angle = norm(turn)
-    axis = scale(1.0 / angle, turn) if angle > 1e-12 else (0.0, 0.0, 1.0)
-    if angle > 1e-12:
-        across = cross(axis, shift)
-        bend = scale((1.0 - math.cos(angle)) / angle, across)
-        shift = add(shift, add(bend, scale((angle - math.sin(angle)) / angle, cross(axis, across))))
-    set_rotation_about(axis, angle, rotation)
-    multiply(rotation, old.palm_rotation, new.palm_rotation)
-    arm = subtract(vector(old.palm_position), center)
-    position = add(add(center, rotate(rotation, arm)), shift)
-    new.palm_position[0], new.palm_position[1], new.palm_position[2] = position
+def _couple_fingers(hand, state, work):
+    """Add J_a J_b^T to M for every pair of fingers that share drivers."""
+    M = work.solver.matrix
+    for a in range(hand.finger_count):
+        for b in range(hand.finger_count):
+            for c in range(hand.driver_counts[a]):
+                for d in range(hand.driver_counts[b]):
+                    j = hand.driver_indices[a, c]
+                    if a != b and j == hand.driver_indices[b, d] and not work.solver.frozen[j]:
+                        for i in range(3):
+                            for k in range(3):
+                                M[3 * a + i, 3 * b + k] += state.jacobians[a, i, c] * state.jacobians[b, k, d]
 
 
 @kernel
@@ -169,15 +149,16 @@ def _project(problem, state, candidate, work):
     """Lines 3 to 6: the palm takes its tangent step, the joints track the contacts that stay behind, eq. (9)."""
     hand, settings = problem.hand, problem.settings
     move_palm(work.step.twist, settings.time_step, problem.center, state, work.rotation, candidate)
-    linear, angular = _halves(work.step.twist)
+    linear, angular = halves(work.step.twist)
     candidate.samples[:] = state.samples
     for finger in range(hand.finger_count):
         target = pad_target(hand, state, finger)
         velocity = add(linear, cross(angular, subtract(target, problem.center)))
         error = subtract(target, get(state.pads, finger))
         displacement = scale(settings.time_step, add(velocity, scale(settings.ppo_gain, error)))
-        track(hand, state, finger, displacement, work.solver, candidate.joints)
+        put(work.step.displacements, finger, displacement)
         put(candidate.contacts, finger, get(state.contacts, finger))
         put(candidate.normals, finger, get(state.normals, finger))
-    move_fingers(hand, candidate)
+    track(hand, state, work.step.displacements, work.solver, candidate.drivers)
+    move_drivers(hand, candidate)
     evaluate(hand, settings, candidate)

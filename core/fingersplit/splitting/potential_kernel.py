@@ -6,7 +6,7 @@ The future work of [Fan2018]. Each is a squared hinge that is zero while the con
   may touch, so theirs is zero,
 - the same for the slack of every link from what stands around the object, links that carry a pad included,
 - w_a (theta_f - theta_soft)^2 for every pad tilted more than a soft limit below the hard one,
-- w_l (margin - distance)^2 for every joint near a limit, both as shares of its range.
+- w_l (margin - distance)^2 for every driver near a limit, both as shares of its range.
 """
 
 import math
@@ -29,15 +29,16 @@ def penalty(hand, settings, state):
         for shape in range(hand.shape_count):
             total += settings.clearance_weight * _slack_hinge(settings, state, shape) ** 2
     for finger in range(hand.finger_count):
-        total += settings.pad_angle_weight * max(state.pad_angles[finger] - settings.soft_pad_angle, 0.0) ** 2
-    for joint in range(hand.joint_count):
-        total += settings.joint_limit_weight * _limit_hinge(hand, settings, state.joints, joint) ** 2
+        soft = settings.soft_pad_angle * hand.pad_angle_scales[finger]
+        total += settings.pad_angle_weight * max(state.pad_angles[finger] - soft, 0.0) ** 2
+    for driver in range(hand.driver_count):
+        total += settings.joint_limit_weight * _limit_hinge(hand, settings, state.drivers, driver) ** 2
     return total
 
 
 @kernel
 def add_penalty_gradient(hand, settings, state, center, step):
-    """Subtract the gradient of ``penalty`` from ``step.joint_gradient`` and ``step.twist_gradient``.
+    """Subtract the gradient of ``penalty`` from ``step.driver_gradient`` and ``step.twist_gradient``.
 
     The twist is the object's body velocity about ``center``, linear then angular, as in PPO; contacts count as fixed.
     """
@@ -56,7 +57,7 @@ def add_penalty_gradient(hand, settings, state, center, step):
                 away = scale(2.0 * settings.clearance_weight * hinge, get(state.around.normals, shape))
                 _push(hand, state, shape, get(state.around.points, shape), away, center, step)
     for finger in range(hand.finger_count):
-        hinge = state.pad_angles[finger] - settings.soft_pad_angle
+        hinge = state.pad_angles[finger] - settings.soft_pad_angle * hand.pad_angle_scales[finger]
         if hinge > 0.0:
             pad = get(state.pad_normals, finger)
             turn = cross(pad, get(state.normals, finger))  # the angle's derivative by a turn of the pad, times sine
@@ -64,12 +65,24 @@ def add_penalty_gradient(hand, settings, state, center, step):
             _add_to_twist(step, (0.0, 0.0, 0.0), scale(-slope, turn))
             for j in range(hand.joint_counts[finger]):
                 axis = column(state.link_rotations[finger, j], 2)
-                step.joint_gradient[hand.joint_indices[finger, j]] += slope * dot(axis, turn)
-    for joint in range(hand.joint_count):
-        hinge = _limit_hinge(hand, settings, state.joints, joint)
+                _add_to_drivers(hand, finger, j, slope * dot(axis, turn), step)
+    for driver in range(hand.driver_count):
+        hinge = _limit_hinge(hand, settings, state.drivers, driver)
         if hinge != 0.0:
-            width = hand.upper[joint] - hand.lower[joint]
-            step.joint_gradient[joint] -= 2.0 * settings.joint_limit_weight * hinge / width
+            width = hand.driver_upper[driver] - hand.driver_lower[driver]
+            step.driver_gradient[driver] -= 2.0 * settings.joint_limit_weight * hinge / width
+
+
+@kernel
+def _add_to_drivers(hand, finger, j, slope, step):
+    """Add the slope of the merit by a finger's joint ``j`` to the drivers that it follows."""
+    joint = hand.joint_indices[finger, j]
+    if hand.uncoupled:
+        step.driver_gradient[joint] += slope
+        return
+    for k in range(hand.driver_counts[finger]):
+        a = hand.driver_indices[finger, k]
+        step.driver_gradient[a] += hand.coupling[joint, a] * slope
 
 
 @kernel
@@ -81,7 +94,7 @@ def _push(hand, state, shape, point, away, center, step):
         for j in range(hand.shape_links[shape] + 1):
             axis = column(state.link_rotations[finger, j], 2)
             motion = cross(axis, subtract(point, get(state.link_positions[finger], j)))
-            step.joint_gradient[hand.joint_indices[finger, j]] -= dot(away, motion)
+            _add_to_drivers(hand, finger, j, -dot(away, motion), step)
 
 
 @kernel
@@ -99,12 +112,12 @@ def _slack_hinge(settings, state, shape):
 
 
 @kernel
-def _limit_hinge(hand, settings, joints, joint):
-    """How far a joint stands inside the margin of a limit, as a share of its range; negative at the lower one."""
-    width = hand.upper[joint] - hand.lower[joint]
+def _limit_hinge(hand, settings, drivers, a):
+    """How far a driver stands inside the margin of a limit, as a share of its range; negative at the lower one."""
+    width = hand.driver_upper[a] - hand.driver_lower[a]
     margin = settings.joint_limit_margin * width
-    above = joints[joint] - (hand.upper[joint] - margin)
-    below = joints[joint] - (hand.lower[joint] + margin)
+    above = drivers[a] - (hand.driver_upper[a] - margin)
+    below = drivers[a] - (hand.driver_lower[a] + margin)
     return max(above, 0.0) / width if above > 0.0 else min(below, 0.0) / width
 
 

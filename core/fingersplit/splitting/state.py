@@ -5,9 +5,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fingersplit.hands.limits import (
-    MAX_CHAIN_JOINTS,
+    MAX_DRIVERS,
     MAX_FINGERS,
-    MAX_JOINTS,
     MAX_PRESHAPES,
     MAX_SHAPES,
     MAX_STANDOFFS,
@@ -62,38 +61,46 @@ TIMES = np.dtype([(phase, PHASE_TIMES) for phase in ("cpo", "ppo", "map", "settl
 STEP_WORK = np.dtype(
     [
         ("contact_gradient", np.float64, (MAX_FINGERS, 3)),
-        ("joint_gradient", np.float64, MAX_JOINTS),
+        ("driver_gradient", np.float64, MAX_DRIVERS),
         ("twist_gradient", np.float64, 6),
         ("contact_step", np.float64, (MAX_FINGERS, 3)),
-        ("joint_step", np.float64, MAX_JOINTS),
+        ("driver_step", np.float64, MAX_DRIVERS),
         ("twist", np.float64, 6),
+        ("displacements", np.float64, (MAX_FINGERS, 3)),
     ],
     align=True,
 )
-"""A tangent step: the gradient of the merit by contacts (F, 3), joints (N,) and object twist (6,), and the step d_c
-(F, 3) [m], d_q (N,) [rad] or [rad/s], V_po^b (6,)."""
+"""A tangent step: the gradient of the merit by contacts (F, 3), drivers (A,) and object twist (6,), and the step d_c
+(F, 3) [m], d_theta (A,) [rad] or [rad/s], V_po^b (6,); then the ``displacements`` that fingertips follow (F, 3) [m]."""
 
 SOLVER_WORK = np.dtype(
     [
+        ("normal", np.float64, (MAX_UNKNOWNS, MAX_UNKNOWNS)),
+        ("right", np.float64, MAX_UNKNOWNS),
+        ("row", np.float64, MAX_UNKNOWNS),
         ("matrix", np.float64, (MAX_UNKNOWNS, MAX_UNKNOWNS)),
+        ("column", np.float64, (MAX_UNKNOWNS, 1)),
         ("columns", np.float64, (MAX_UNKNOWNS, 2)),
-        ("frozen", np.int8, MAX_JOINTS),
-        ("lowest", np.float64, MAX_CHAIN_JOINTS),
-        ("highest", np.float64, MAX_CHAIN_JOINTS),
-        ("steps", np.float64, MAX_CHAIN_JOINTS),
+        ("constraints", np.float64, (MAX_UNKNOWNS, MAX_FINGERS + 1)),
+        ("multipliers", np.float64, (MAX_FINGERS, MAX_FINGERS)),
+        ("multiplier", np.float64, (MAX_FINGERS, 1)),
+        ("frozen", np.int8, MAX_UNKNOWNS),
+        ("lowest", np.float64, MAX_UNKNOWNS),
+        ("highest", np.float64, MAX_UNKNOWNS),
+        ("steps", np.float64, MAX_UNKNOWNS),
     ],
     align=True,
 )
-"""Room for one small system of equations, its active set, and the bounds and steps of one finger's joints."""
+"""Room for small systems of equations, their active set, and bounded least squares: normal equations, bounds, steps."""
 
 MAP_WORK = np.dtype(
     [
         ("combinations", np.float64, (MAX_PRESHAPES, MAX_STANDOFFS)),
-        ("joints", np.float64, MAX_JOINTS),
+        ("drivers", np.float64, MAX_DRIVERS),
     ],
     align=True,
 )
-"""Costs of all preshapes and standoffs, and the joints of the next iteration (N,) [rad]."""
+"""Costs of all preshapes and standoffs, and the drivers of the next iteration (A,) [rad]."""
 
 WORK = np.dtype(
     [

@@ -38,7 +38,7 @@ def evaluate(hand, settings, state):
         inward = scale(-1.0, get(state.normals, finger))
         state.pad_angles[finger] = angle_between(get(state.pad_normals, finger), inward)
     state.object_quality = settings.object_weight * object_quality(state.contacts, hand.finger_count)
-    state.hand_quality = settings.hand_weight * manipulability(hand, state.joints)
+    state.hand_quality = settings.hand_weight * manipulability(hand, state.drivers)
     state.quality = state.object_quality + state.hand_quality
     state.merit = state.quality
 

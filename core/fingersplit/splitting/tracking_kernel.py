@@ -1,117 +1,145 @@
-"""The nonlinear projection that CPO and PPO share: joints that follow a fingertip displacement within their limits."""
+"""The nonlinear projection that CPO and PPO share: drivers that follow fingertip displacements within their limits.
+
+Where no driver moves two fingers each finger is solved for alone; else all fingers together, in one system.
+"""
 
 from fingersplit.compilation import kernel
-from fingersplit.vectors_kernel import add, dot, scale, solve_positive_definite
+from fingersplit.splitting.bounded_kernel import solve_bounded
+from fingersplit.vectors_kernel import get
 
-__all__ = ["STATIONARY", "at_limit", "track"]
+__all__ = ["STATIONARY", "TOGETHER", "add_row", "at_limit", "begin_steps", "end_steps", "track"]
+
+TOGETHER = -1
+"""In place of a finger: all drivers of the hand in one system."""
 
 DAMPING = 1e-3
 """[m/rad]; two percent of a short finger's reach, so a straight finger does not run away."""
-
-ACTIVE_SET_ROUNDS = 12
-"""More than the four joints of a finger ever need."""
-
-MIN_PULL_BACK = 1e-15
-"""[m^2/rad]; rounding, not a pull."""
 
 STATIONARY = 1e-9
 """A tangent step this much shorter than the gradient is rounding: there is no way to go."""
 
 LIMIT_MARGIN = 1e-9
-"""[rad]; closer than this a joint counts as standing at its limit."""
+"""[rad]; closer than this a driver counts as standing at its limit."""
+
+HOLDING = 1e3
+"""[m/rad]; a joint of several drivers that meets its limit is held there with this weight."""
+HOLDING_ROUNDS = 3
 
 
 @kernel
-def at_limit(hand, joints, j, direction):
-    """Whether joint ``j`` stands at the limit that a motion of this sign would push it through."""
+def at_limit(hand, drivers, a, direction):
+    """Whether driver ``a`` stands at the limit that a motion of this sign would push it through."""
     if direction > 0.0:
-        return joints[j] >= hand.upper[j] - LIMIT_MARGIN
-    return direction < 0.0 and joints[j] <= hand.lower[j] + LIMIT_MARGIN
+        return drivers[a] >= hand.driver_upper[a] - LIMIT_MARGIN
+    return direction < 0.0 and drivers[a] <= hand.driver_lower[a] + LIMIT_MARGIN
 
 
 @kernel
-def track(hand, pose, finger, displacement, solver, joints):
-    """Move one finger's joints so that its pad follows ``displacement`` (3,) [m], as J^-1 in [Fan2018] does.
+def track(hand, pose, displacements, solver, drivers):
+    """Move the drivers so that all pads follow their displacements (F, 3) [m], as J^-1 in [Fan2018] does.
 
-    Minimises |J d_q - displacement|^2 + DAMPING^2 |d_q|^2 with the joint limits as bounds. Writes the new angles to
-    ``joints`` (N,) [rad], which must not be ``pose.joints``.
+    Minimises |J d_theta - displacement|^2 + DAMPING^2 |d_theta|^2 with the driver limits as bounds. Writes the new
+    drivers to ``drivers`` (A,) [rad], which must not be ``pose.drivers``.
     """
-    count, indices, steps = hand.joint_counts[finger], hand.joint_indices[finger], solver.steps
-    for i in range(count):
-        solver.lowest[i] = hand.lower[indices[i]] - pose.joints[indices[i]]
-        solver.highest[i] = hand.upper[indices[i]] - pose.joints[indices[i]]
-    _bounded_least_squares(pose.jacobians[finger], count, displacement, solver)
-    for i in range(count):
-        j = indices[i]
-        joints[j] = min(max(pose.joints[j] + steps[i], hand.lower[j]), hand.upper[j])
+    drivers[:] = pose.drivers  # those of no finger stay
+    if hand.fingers_coupled:
+        count = begin_steps(hand, pose, TOGETHER, DAMPING, solver)
+        for finger in range(hand.finger_count):
+            _add_pad(hand, pose, finger, get(displacements, finger), solver)
+        end_steps(hand, pose, TOGETHER, count, solver, drivers)
+        return
+    for finger in range(hand.finger_count):
+        count = begin_steps(hand, pose, finger, DAMPING, solver)
+        _add_pad(hand, pose, finger, get(displacements, finger), solver)
+        end_steps(hand, pose, finger, count, solver, drivers)
 
 
 @kernel
-def _bounded_least_squares(J, count, target, solver):
-    """The ``count`` steps within bounds that minimise |J steps - target|^2 + DAMPING^2 |steps|^2, by an active set.
-
-    A step that would cross its bound is held there, and one that is held but pulled back inside is let go. Bounds and
-    steps are those of ``solver``, a ``SOLVER_WORK`` record.
-    """
+def begin_steps(hand, pose, finger, damping, solver):
+    """Bounds and damping [m/rad] of a finger's drivers, or of all those of ``TOGETHER``; how many they are."""
+    count = hand.driver_count if finger == TOGETHER else hand.driver_counts[finger]
     for i in range(count):
-        solver.frozen[i] = False
-    for _ in range(ACTIVE_SET_ROUNDS):
-        _solve_free_steps(J, count, target, solver)
-        if _hold_worst(count, solver):
-            continue
-        if not _let_go(J, count, target, solver):
-            return
+        a = i if finger == TOGETHER else hand.driver_indices[finger, i]
+        solver.lowest[i] = hand.driver_lower[a] - pose.drivers[a]
+        solver.highest[i] = hand.driver_upper[a] - pose.drivers[a]
+        solver.right[i] = 0.0
+        for k in range(count):
+            solver.normal[i, k] = damping * damping if i == k else 0.0
+    return count
 
 
 @kernel
-def _solve_free_steps(J, count, target, solver):
-    """Steps that are not held, given those that are, into ``columns[:, 0]``."""
-    held, matrix, columns, steps = solver.frozen, solver.matrix, solver.columns, solver.steps
+def end_steps(hand, pose, finger, count, solver, drivers):
+    """Solve for the ``count`` steps, with joints of several drivers held within their limits, and take them."""
+    solve_bounded(count, solver)
+    if hand.mixed_count > 0:
+        _hold_joints(hand, pose, finger, count, solver)
     for i in range(count):
-        columns[i, 0], columns[i, 1] = 0.0, 0.0
-        for j in range(count):
-            matrix[i, j] = DAMPING * DAMPING if i == j else 0.0
-        if held[i]:
-            continue
+        a = i if finger == TOGETHER else hand.driver_indices[finger, i]
+        drivers[a] = min(max(pose.drivers[a] + solver.steps[i], hand.driver_lower[a]), hand.driver_upper[a])
+
+
+@kernel
+def add_row(count, value, weight, solver):
+    """Add weight (row x - value)^2 for the row in ``solver.row``."""
+    for i in range(count):
+        scaled = weight * solver.row[i]
+        if scaled != 0.0:
+            solver.right[i] += scaled * value
+            for k in range(count):
+                solver.normal[i, k] += scaled * solver.row[k]
+
+
+@kernel
+def _add_pad(hand, pose, finger, target, solver):
+    """Add |J x - target|^2 for a finger's pad."""
+    J, together = pose.jacobians[finger], hand.fingers_coupled
+    for i in range(hand.driver_counts[finger]):
+        row = hand.driver_indices[finger, i] if together else i
+        right = 0.0
         for k in range(3):
-            columns[i, 0] += J[k, i] * target[k]
-        for j in range(count):
-            entry = J[0, i] * J[0, j] + J[1, i] * J[1, j] + J[2, i] * J[2, j]
-            if held[j]:
-                columns[i, 0] -= entry * steps[j]
-            else:
-                matrix[i, j] += entry
-    solve_positive_definite(matrix, columns, count)
+            right += J[k, i] * target[k]
+        solver.right[row] += right
+        for j in range(hand.driver_counts[finger]):
+            column = hand.driver_indices[finger, j] if together else j
+            solver.normal[row, column] += J[0, i] * J[0, j] + J[1, i] * J[1, j] + J[2, i] * J[2, j]
 
 
 @kernel
-def _hold_worst(count, solver):
-    """Cut the free steps to their bounds and hold the one that was cut most; whether any was."""
-    held, columns, steps = solver.frozen, solver.columns, solver.steps
-    worst, worst_excess = -1, 0.0
+def _hold_joints(hand, pose, finger, count, solver):
+    """Solve again with every joint of several drivers that would leave its range held at the limit it meets.
+
+    What is left beyond a limit, which the weight of the holding leaves, is taken from the whole step.
+    """
+    for _ in range(HOLDING_ROUNDS):
+        excess = False
+        for m in range(hand.mixed_count):
+            j = hand.mixed_joints[m]
+            change = _joint_change(hand, finger, j, count, solver)
+            limit = min(max(pose.joints[j] + change, hand.lower[j]), hand.upper[j])
+            if abs(pose.joints[j] + change - limit) > LIMIT_MARGIN:
+                excess = True
+                add_row(count, limit - pose.joints[j], HOLDING * HOLDING, solver)
+        if not excess:
+            return
+        solve_bounded(count, solver)
+    share = 1.0
+    for m in range(hand.mixed_count):
+        j = hand.mixed_joints[m]
+        change = _joint_change(hand, finger, j, count, solver)
+        room = hand.upper[j] - pose.joints[j] if change > 0.0 else hand.lower[j] - pose.joints[j]
+        if abs(change) > LIMIT_MARGIN and room / change < share:
+            share = max(room / change, 0.0)
     for i in range(count):
-        if not held[i]:
-            steps[i] = min(max(columns[i, 0], solver.lowest[i]), solver.highest[i])
-            if abs(columns[i, 0] - steps[i]) > worst_excess:
-                worst, worst_excess = i, abs(columns[i, 0] - steps[i])
-    if worst >= 0:
-        held[worst] = True
-    return worst >= 0
+        solver.steps[i] *= share
 
 
 @kernel
-def _let_go(J, count, target, solver):
-    """Free the held step that the objective pulls back inside most strongly; whether there was one."""
-    held, steps, gap = solver.frozen, solver.steps, scale(-1.0, target)
+def _joint_change(hand, finger, joint, count, solver):
+    """How far the steps turn a joint [rad]; its row of S by these drivers goes to ``solver.row``."""
+    change = 0.0
     for i in range(count):
-        gap = add(gap, scale(steps[i], (J[0, i], J[1, i], J[2, i])))
-    strongest, strongest_pull = -1, MIN_PULL_BACK
-    for i in range(count):
-        if held[i]:
-            slope = dot((J[0, i], J[1, i], J[2, i]), gap) + DAMPING * DAMPING * steps[i]
-            pull = slope if steps[i] >= solver.highest[i] else -slope
-            if pull > strongest_pull:
-                strongest, strongest_pull = i, pull
-    if strongest >= 0:
-        held[strongest] = False
-    return strongest >= 0
+        a = i if finger == TOGETHER else hand.driver_indices[finger, i]
+        solver.row[i] = hand.coupling[joint, a]
+        change += solver.row[i] * solver.steps[i]
+    return change

@@ -11,7 +11,6 @@ from scipy.optimize import linprog
 from fingersplit.contacts.cone_kernel import FACETS
 from fingersplit.contacts.holding import GRAVITY, Contacts, assess_holding
 from fingersplit.contacts.holding_kernel import FOOTPRINT, GRIP_SHARE, MAX_FORCE, footprint_friction
-from fingersplit.hands.limits import MAX_CHAIN_JOINTS
 from fingersplit.objects.parametric import box
 from fingersplit.objects.preparing import prepare_object
 
@@ -28,9 +27,12 @@ def contacts_at(normals, torque_limit: float = UNLIMITED, rng: np.random.Generat
     normals = np.asarray(normals, dtype=float)
     normals = (normals / np.linalg.norm(normals, axis=1, keepdims=True))[None]
     rng = rng or np.random.default_rng(0)
-    jacobians = rng.normal(scale=0.06, size=(1, *normals.shape[1:], MAX_CHAIN_JOINTS))
-    limits = np.full((normals.shape[1], MAX_CHAIN_JOINTS), np.inf)
-    limits[:, :3] = torque_limit
+    fingers = normals.shape[1]
+    jacobians, limits = np.zeros((1, fingers, 3, 3 * fingers + 1)), np.full(3 * fingers + 1, torque_limit)
+    for finger in range(fingers):  # three drivers a finger; the first of all moves every finger; the last is unlimited
+        jacobians[0, finger, :, 3 * finger : 3 * finger + 3] = rng.normal(scale=0.06, size=(3, 3))
+        jacobians[0, finger, :, [0, -1]] = rng.normal(scale=0.06, size=(2, 3))
+    limits[-1] = np.inf
     return Contacts(RADIUS * normals, normals, jacobians, limits)
 
 
@@ -69,11 +71,11 @@ def cone_rows(contacts: Contacts, frictions: np.ndarray, slack: float, facets: i
             b.append(0.0)
         A.append(row(count, f, inward, 0.0))
         b.append(MAX_FORCE)
-        for k, limit in enumerate(contacts.torque_limits[f]):
-            for sign in (1, -1):
-                if math.isfinite(limit):
-                    A.append(row(count, f, sign * contacts.jacobians[0, f, :, k], 0.0))
-                    b.append(limit)
+    for driver, limit in enumerate(contacts.torque_limits):
+        for sign in (1, -1):
+            if math.isfinite(limit):
+                A.append(sum(row(count, f, sign * contacts.jacobians[0, f, :, driver], 0.0) for f in range(count)))
+                b.append(limit)
     return np.array(A), np.array(b)
 
 
@@ -165,7 +167,7 @@ def test_forces_carry_the_weight_within_every_limit(hold, seed, count, torque):
     sideways = np.linalg.norm(forces + pressed[:, None] * normals, axis=1)
     assert (sideways <= holding.frictions * pressed + 1e-6).all()
     assert (pressed <= MAX_FORCE + 1e-5).all()
-    torques = np.abs(np.einsum("fck,fc->fk", contacts.jacobians[0], forces))
+    torques = np.abs(np.einsum("fca,fc->a", contacts.jacobians[0], forces))
     assert (torques <= contacts.torque_limits * (1 + 1e-5)).all()
 
 
@@ -239,7 +241,9 @@ def test_contacts_on_a_line_have_no_margin_at_all(hold, normals):
 
 def test_weight_that_joints_cannot_carry_has_no_margin_at_all(hold):
     contacts = contacts_at(around(np.random.default_rng(1)), 1e-3)
-    assert hold(contacts._replace(torque_limits=np.full((3, MAX_CHAIN_JOINTS), 1e-3)), mass=5.0).margin == -math.inf
+    assert (
+        hold(contacts._replace(torque_limits=np.full_like(contacts.torque_limits, 1e-3)), mass=5.0).margin == -math.inf
+    )
 
 
 def test_many_grasps_at_once_are_those_one_by_one(prepared):

@@ -91,7 +91,7 @@ def test_fingers_open_along_the_normals_within_their_limits(barrett, prepared, e
         pose = run.final.object_from_palm
         opened, closed = barrett.pose(joints, pose).pads[:3], barrett.pose(run.final.joints, pose).pads[:3]
         moved = ((opened - closed) * run.final.normals).sum(axis=1)
-        assert (moved <= 1.01 * OPENING_STEP * OPENING_STEPS).all()  # steps are exact to the first order
+        assert (moved <= 1.02 * OPENING_STEP * OPENING_STEPS).all()  # steps are exact to the first order
         gaps.append(moved)
     gaps = np.array(gaps)
     assert (gaps > 0).all()

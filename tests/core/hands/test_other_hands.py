@@ -99,14 +99,11 @@ def test_every_set_of_fingers_is_the_same_hand(own_hand):
     assert hand.grips[1].grips == hand.grips
 
 
-def test_torque_limits_stand_with_their_fingers(own_hand, barrett):
+def test_torque_limits_are_those_of_the_active_drivers(own_hand, barrett):
     hand = own_hand(hand_mjcf())
-    for finger, limits in zip(hand.fingers, hand.finger_torque_limits, strict=True):
-        assert (limits[: len(finger.joint_names)] == 0.5).all(), finger
-        assert (limits[len(finger.joint_names) :] == np.inf).all(), finger
-    named = dict(zip(barrett.joint_names, barrett.torque_limits, strict=True))
-    for finger, limits in zip(barrett.fingers, barrett.finger_torque_limits, strict=True):
-        assert [named[joint] for joint in finger.joint_names] == limits[: len(finger.joint_names)].tolist()
+    assert (hand.torque_limits == 0.5).all()
+    assert len(hand.torque_limits) == hand.arrays.driver_count == len(hand.driver_names)
+    assert barrett.driver_names == barrett.joint_names
 
 
 def test_four_fingers_are_planned_for(own_hand, prepared):

@@ -26,21 +26,21 @@ def places(table: JawTable, preshape: int, opening: int, standoff: int, radii: n
 
 def test_table_has_an_entry_for_every_combination(barrett, table):
     preshapes = len(barrett.gripper.preshapes)
-    assert table.joints.shape == (preshapes, OPENINGS, STANDOFFS, 8)
+    assert table.drivers.shape == (preshapes, OPENINGS, STANDOFFS, 8)
     assert table.errors.shape == (preshapes, OPENINGS, STANDOFFS)
     assert table.lateral_offsets.shape == (preshapes, 3)
     assert (table.openings[0], table.openings[-1]) == barrett.gripper.opening
     assert (table.standoffs[0], table.standoffs[-1]) == barrett.gripper.standoff
     assert np.ptp(np.diff(table.openings)) < 1e-12
-    assert (table.joints >= barrett.lower).all()
-    assert (table.joints <= barrett.upper).all()
+    assert (table.drivers >= barrett.lower).all()
+    assert (table.drivers <= barrett.upper).all()
 
 
 def test_pads_are_where_the_table_says_by_as_much_as_it_says(barrett, mujoco_barrett, table):
     """Every entry: the farthest pad is exactly as far from its place as ``errors`` tells."""
     radii = np.array([finger.pad_radius for finger in barrett.fingers])
     for entry in np.ndindex(table.errors.shape):
-        mujoco_barrett.move(dict(zip(barrett.joint_names, table.joints[entry], strict=True)))
+        mujoco_barrett.move(dict(zip(barrett.joint_names, table.drivers[entry], strict=True)))
         pads = np.array([mujoco_barrett.site(f"{finger.name}_pad")[0] for finger in barrett.fingers])
         apart = np.linalg.norm(pads - places(table, *entry, radii), axis=1)
         assert apart.max() == pytest.approx(table.errors[entry], abs=1e-9), entry
@@ -74,7 +74,7 @@ def test_a_hand_with_no_preshape_or_more_than_there_is_room_for_is_refused(barre
 def test_as_many_preshapes_as_there_is_room_for_are_tabled(barrett):
     preshapes = np.tile(barrett.gripper.preshapes[:1], (MAX_PRESHAPES, 1))
     table = jaw_table(replace(barrett, gripper=barrett.gripper._replace(preshapes=preshapes)))
-    assert table.joints.shape[0] == MAX_PRESHAPES
+    assert table.drivers.shape[0] == MAX_PRESHAPES
     np.testing.assert_array_equal(table.errors, np.broadcast_to(table.errors[:1], table.errors.shape))
 
 

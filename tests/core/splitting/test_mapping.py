@@ -41,7 +41,7 @@ def screened(problem: Problem, hand: Hand, first, second, approach) -> tuple[np.
 
 def mapped(problem: Problem, hand: Hand, first, second, approach, choices) -> tuple[float, np.record]:
     """Cost of the start, and the start."""
-    states = new_states(2)
+    states = new_states(3)
     ray = (tuple(map(float, vector)) for vector in (first, second, approach))
     return map_grasp(problem, jaw_table(hand), *ray, np.asarray(choices), states, new_work(), new_times().map), states[
         0
@@ -140,7 +140,7 @@ def test_screening_finds_nearly_the_best_of_all_combinations(barrett, problem_of
         costs = [mapped(problem, barrett, *ray, only(p, h))[0] for p in range(preshapes) for h in range(STANDOFFS)]
         lost.append(mapped(problem, barrett, *ray, start.choices)[0] - min(costs))
     assert min(lost) >= 0
-    assert np.median(lost) < 1.0  # less than one pad tilted by PAD_ANGLE_SCALE
+    assert np.median(lost) < 4.0  # less than one pad tilted by twice PAD_ANGLE_SCALE
 
 
 @pytest.mark.parametrize("name", NAMES)

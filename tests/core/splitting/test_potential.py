@@ -8,7 +8,7 @@ import scipy.linalg
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fingersplit.hands.kinematics_kernel import move_fingers
+from fingersplit.hands.kinematics_kernel import move_drivers
 from fingersplit.splitting.collision_kernel import RANGE
 from fingersplit.splitting.potential_kernel import add_penalty_gradient, penalty
 from fingersplit.splitting.state import Problem, new_states, new_times, new_work
@@ -30,7 +30,7 @@ def near_state(barrett, runs_of) -> Callable[[np.random.Generator, str], np.reco
         states[0] = runs[rng.integers(len(runs))].first
         state = states[0]
         joints = state.joints[:8] + rng.normal(scale=0.05, size=8)
-        state.joints[:8] = np.clip(joints, barrett.lower, barrett.upper)
+        state.joints[:8] = state.drivers[:8] = np.clip(joints, barrett.lower, barrett.upper)
         state.palm_position += rng.normal(scale=rng.choice([2e-3, 20e-3]), size=3)
         return state
 
@@ -42,10 +42,10 @@ def measured(problem: Problem, state: np.record, joints=0.0, palm=None) -> np.re
     states = new_states(1)
     states[0] = state
     moved = states[0]
-    moved.joints[:8] += joints
+    moved.drivers[:8] += joints
     if palm is not None:
         moved.palm_rotation, moved.palm_position = palm[:3, :3], palm[:3, 3]
-    move_fingers(problem.hand, moved)
+    move_drivers(problem.hand, moved)
     evaluate(problem.hand, problem.settings, moved)
     work = new_work()
     measure_collision(problem, moved, work, new_times().cpo)
@@ -66,7 +66,7 @@ def gradient(problem: Problem, state: np.record) -> tuple[np.ndarray, np.ndarray
     """Of the penalty, by the joints (8,) and by the twist (6,)."""
     work = new_work()
     add_penalty_gradient(problem.hand, problem.settings, state, problem.center, work.step)
-    return -work.step.joint_gradient[:8], -work.step.twist_gradient
+    return -work.step.driver_gradient[:8], -work.step.twist_gradient
 
 
 def same_nearest_points(*states: np.record) -> bool:

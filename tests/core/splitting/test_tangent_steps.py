@@ -30,7 +30,7 @@ def random_state(hand: Hand, rng: np.random.Generator, *, at_limits: bool = Fals
     if at_limits:
         chance = rng.random(joints.size)
         joints = np.where(chance < 0.25, hand.lower, np.where(chance > 0.75, hand.upper, joints))
-    state.joints[: joints.size] = joints
+    state.joints[: joints.size] = state.drivers[: joints.size] = joints
     state.palm_rotation[:] = Rotation.random(rng=rng).as_matrix()
     state.palm_position[:] = rng.uniform(-0.2, 0.2, 3)
     move_fingers(hand.arrays, state)
@@ -139,7 +139,7 @@ def cpo_step(
 ) -> tuple[np.ndarray, np.ndarray]:
     work = new_work()
     tangent_step(hand.arrays, settings.for_kernels(), (0.0, 0.0, 0.0), state, work, radius)
-    return work.step.contact_step[: len(hand.fingers)].ravel(), work.step.joint_step[: len(hand.joint_names)]
+    return work.step.contact_step[: len(hand.fingers)].ravel(), work.step.driver_step[: len(hand.joint_names)]
 
 
 def ppo_step(
@@ -151,14 +151,14 @@ def ppo_step(
 ) -> tuple[np.ndarray, np.ndarray]:
     work = new_work()
     palm_tangent_step(hand.arrays, settings.for_kernels(), tuple(center.tolist()), state, work, radius)
-    return work.step.twist, work.step.joint_step[: len(hand.joint_names)]
+    return work.step.twist, work.step.driver_step[: len(hand.joint_names)]
 
 
 def push_gradients(hand: Hand, state: np.record, center: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Minus the gradients of the potentials (``test_potential`` proves them), by the twist and by the joints."""
     work = new_work()
     add_penalty_gradient(hand.arrays, PUSHED.for_kernels(), state, tuple(center.tolist()), work.step)
-    return work.step.twist_gradient.copy(), work.step.joint_gradient[: len(hand.joint_names)].copy()
+    return work.step.twist_gradient.copy(), work.step.driver_gradient[: len(hand.joint_names)].copy()
 
 
 @given(seed=seeds)

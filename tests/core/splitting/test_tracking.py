@@ -13,8 +13,9 @@ seeds = st.integers(0, 2**32 - 1)
 
 
 def tracked(hand: Hand, joints: np.ndarray, finger: int, displacement: np.ndarray) -> np.ndarray:
-    after = joints.copy()
-    track(hand.arrays, hand.pose(joints), finger, tuple(displacement.tolist()), new_work().solver, after)
+    pose, displacements, after = hand.pose(joints), np.zeros((len(hand.fingers), 3)), joints.copy()
+    pose.drivers[: len(joints)], displacements[finger] = joints, displacement
+    track(hand.arrays, pose, displacements, new_work().solver, after)
     return after
 
 
