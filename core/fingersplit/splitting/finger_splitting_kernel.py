@@ -16,6 +16,8 @@ from fingersplit.splitting.acceptance_kernel import (
 )
 from fingersplit.splitting.contact_optimization_kernel import optimize_contacts
 from fingersplit.splitting.palm_optimization_kernel import optimize_palm
+from fingersplit.splitting.pull_kernel import pull_pads, take_pose
+from fingersplit.splitting.sliding_kernel import slide_palm, slides
 from fingersplit.splitting.state_kernel import attach_contacts, evaluate, measure_collision, pad_target
 from fingersplit.splitting.trace_kernel import MAP, SETTLE, record
 from fingersplit.splitting.tracking_kernel import track
@@ -24,6 +26,8 @@ from fingersplit.vectors_kernel import get, put, subtract
 __all__ = ["SETTLE_ITERATIONS", "split_fingers"]
 
 SETTLE_ITERATIONS = 30
+SETTLING_DAMPING = 1e-3
+"""[m/rad]; where the palm settles with the fingers."""
 SETTLED = 1e-5
 """[m]; closer than this a fingertip counts as being on the surface."""
 
@@ -51,7 +55,10 @@ def split_fingers(problem, states, work, times, trace):
         rounds += 1
         before = states[0].merit
         cpo_end, cpo = optimize_contacts(problem, states, work, times.cpo, trace)  # line 4
-        ppo_end, ppo = optimize_palm(problem, states, work, times.ppo, trace)  # line 5
+        if slides(problem.hand, settings):
+            ppo_end, ppo = slide_palm(problem, states, work, times.ppo, trace)
+        else:
+            ppo_end, ppo = optimize_palm(problem, states, work, times.ppo, trace)  # line 5
         cpo_total += cpo
         ppo_total += ppo
         few = cpo < settings.min_inner_iterations and ppo < settings.min_inner_iterations  # line 6
@@ -79,11 +86,15 @@ def _settle(problem, states, work, times, trace):
         if before < SETTLED:
             return
         states[1] = states[0]
-        for finger in range(hand.finger_count):
-            error = subtract(pad_target(hand, state, finger), get(state.pads, finger))
-            put(work.step.displacements, finger, error)
-        track(hand, state, work.step.displacements, work.solver, candidate.drivers)
-        move_drivers(hand, candidate)
+        if slides(hand, settings):
+            pull_pads(problem, state, SETTLING_DAMPING, 0.0, True, work, states[2])
+            take_pose(hand, states[2], candidate)
+        else:
+            for finger in range(hand.finger_count):
+                error = subtract(pad_target(hand, state, finger), get(state.pads, finger))
+                put(work.step.displacements, finger, error)
+            track(hand, state, work.step.displacements, work.solver, candidate.drivers)
+            move_drivers(hand, candidate)
         attach_contacts(problem.surface, hand, candidate)
         evaluate(hand, settings, candidate)
         if candidate.residuals[: hand.finger_count].max() > 0.99 * before:

@@ -14,7 +14,7 @@ from fingersplit.objects.signed_distance_kernel import sample_near
 from fingersplit.objects.surface_kernel import closest
 from fingersplit.scene.obstacles_kernel import rough_violation
 from fingersplit.splitting.collision_kernel import rough_penetration
-from fingersplit.splitting.pull_kernel import pull_pads
+from fingersplit.splitting.pull_kernel import pull_pads, take_pose
 from fingersplit.splitting.state_kernel import attach_contacts, evaluate, measure_collision
 from fingersplit.vectors_kernel import add, cross, dot, get, norm, put, scale, subtract
 
@@ -198,8 +198,7 @@ def _reach(problem, state, scratch, work):
         evaluate(hand, problem.settings, state)
         facing = FACING if iteration < FACING_ITERATIONS else 0.0
         pull_pads(problem, state, DAMPING, facing, False, work, scratch)
-        state.drivers[:] = scratch.drivers
-        move_drivers(hand, state)
+        take_pose(hand, scratch, state)
     attach_contacts(problem.surface, hand, state)
 
 

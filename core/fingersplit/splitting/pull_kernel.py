@@ -7,12 +7,13 @@ with them, since their fingers cannot close every gap alone.
 import math
 
 from fingersplit.compilation import kernel
+from fingersplit.hands.kinematics_kernel import move_drivers
 from fingersplit.splitting.palm_motion_kernel import move_palm
 from fingersplit.splitting.state_kernel import pad_target
 from fingersplit.splitting.tracking_kernel import TOGETHER, add_row, begin_steps, end_steps
 from fingersplit.vectors_kernel import column, cross, dot, get, norm, scale, subtract
 
-__all__ = ["LENGTH", "pull_pads"]
+__all__ = ["LENGTH", "pull_pads", "set_row", "take_pose"]
 
 LENGTH = 0.1
 """[m]; a shift of the palm by this counts as a turn by a radian."""
@@ -75,21 +76,21 @@ def _add_finger(hand, state, finger, among, center, count, facing, palm, work):
     """Rows of one pad: its gap along the normal, and where it should face."""
     solver, n, m = work.solver, get(state.normals, finger), get(state.pad_normals, finger)
     target = pad_target(hand, state, finger)
-    _set_row(hand, state, finger, among, count, n, (0.0, 0.0, 0.0), center, palm, solver)
+    set_row(hand, state, finger, among, count, n, (0.0, 0.0, 0.0), center, palm, solver)
     add_row(count, dot(n, subtract(target, get(state.pads, finger))), 1.0, solver)
     turn = cross(m, scale(-1.0, n))
     sine, excess = norm(turn), state.pad_angles[finger] - TOLERATED * hand.pad_angle_scales[finger]
     if facing > 0.0 and sine > 1e-9 and excess > 0.0:
         axis = scale(1.0 / sine, turn)
         other = cross(m, axis)
-        _set_row(hand, state, finger, among, count, (0.0, 0.0, 0.0), axis, center, palm, solver)
+        set_row(hand, state, finger, among, count, (0.0, 0.0, 0.0), axis, center, palm, solver)
         add_row(count, excess, facing * facing, solver)
-        _set_row(hand, state, finger, among, count, (0.0, 0.0, 0.0), other, center, palm, solver)
+        set_row(hand, state, finger, among, count, (0.0, 0.0, 0.0), other, center, palm, solver)
         add_row(count, 0.0, facing * facing, solver)
 
 
 @kernel
-def _set_row(hand, state, finger, among, count, along, about, center, palm, solver):
+def set_row(hand, state, finger, among, count, along, about, center, palm, solver):
     """How far unit steps move the pad along a vector plus turn it about another, into ``solver.row``."""
     solver.row[:count] = 0.0
     pad = get(state.pads, finger)
@@ -106,3 +107,11 @@ def _set_row(hand, state, finger, among, count, along, about, center, palm, solv
         for k in range(3):
             solver.row[first + k] = LENGTH * along[k]
             solver.row[first + 3 + k] = moment[k] + about[k]
+
+
+@kernel
+def take_pose(hand, pulled, state):
+    """Drivers and palm of ``pulled`` for ``state``."""
+    state.drivers[:] = pulled.drivers
+    state.palm_rotation[:], state.palm_position[:] = pulled.palm_rotation, pulled.palm_position
+    move_drivers(hand, state)

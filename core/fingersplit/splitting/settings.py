@@ -71,6 +71,14 @@ class PlannerSettings:
     pad_angle_weight: float = _setting(0.1, "1/rad^2", "Weight of the pad angle potential.", 0.0, 1e3, paper=0.0)
     joint_limit_margin: float = _setting(0.05, "1", "Joints nearer to a limit, as a share of the range.", 0.0, 0.5)
     joint_limit_weight: float = _setting(0.1, "1", "Weight of the joint limit potential.", 0.0, 1e3, paper=0.0)
+    palm_sliding: int = _setting(
+        1,
+        "1",
+        "Contacts slide while the palm moves: 0 never, 1 for fewer than two drivers a finger, 2 always.",
+        0,
+        2,
+        0,
+    )
 
     def __post_init__(self) -> None:
         if self.fidelity not in FIDELITIES:

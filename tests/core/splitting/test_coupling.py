@@ -13,7 +13,9 @@ from fingersplit.hands.limits import MAX_CHAIN_DRIVERS, MAX_DRIVERS
 from fingersplit.splitting.contact_optimization_kernel import tangent_step
 from fingersplit.splitting.objective_kernel import manipulability_gradient, object_quality_gradient
 from fingersplit.splitting.palm_optimization_kernel import palm_tangent_step
+from fingersplit.splitting.pull_kernel import LENGTH
 from fingersplit.splitting.settings import PlannerSettings
+from fingersplit.splitting.sliding_kernel import slides, sliding_step
 from fingersplit.splitting.state import new_states, new_work
 from fingersplit.splitting.tracking_kernel import DAMPING, track
 
@@ -174,3 +176,35 @@ def test_drivers_that_no_kernel_has_room_or_use_for_are_refused(barrett, couplin
     drivers = coupling.shape[1]
     with pytest.raises(HandError, match=sentence):
         set_drivers(hand, coupling, np.zeros(8), np.full(drivers, lower), np.full(drivers, upper))
+
+
+@given(seed=seeds)
+def test_sliding_step_is_the_gradient_without_its_part_along_the_normals(barrett, seed):
+    """Unknowns: drivers and palm twist, lengths over LENGTH; pads may move within the tangent planes only."""
+    rng = np.random.default_rng(seed)
+    hand = coupled(barrett, AS_BUILT, np.zeros(8))
+    state, work = random_state(hand, rng), new_work()
+    sliding_step(hand, SETTINGS.for_kernels(), tuple(CENTER.tolist()), state, work, 0.5)
+    V, drivers = work.step.twist, work.step.driver_step[:4]
+    found = np.concatenate([drivers, -V[:3] / LENGTH, -V[3:]])
+    assert np.linalg.norm(found) == pytest.approx(0.5)
+    motions = []
+    for finger in range(3):
+        arm = state.pads[finger] - CENTER
+        turning = -np.array([[0, -arm[2], arm[1]], [arm[2], 0, -arm[0]], [-arm[1], arm[0], 0]])
+        J = driver_jacobians(hand, state.jacobians)[finger]
+        motions.append(np.hstack([J, LENGTH * np.eye(3), turning]))  # of the pad, by the unknowns
+    by_contacts, by_drivers = gradients(hand, state)
+    g = np.concatenate([by_drivers, np.zeros(6)]) + np.vstack(motions).T @ by_contacts
+    R = np.array([state.normals[finger] @ motions[finger] for finger in range(3)])
+    dense = g - R.T @ np.linalg.solve(R @ R.T, R @ g)
+    np.testing.assert_allclose(found, 0.5 * dense / np.linalg.norm(dense), atol=1e-10)
+    np.testing.assert_allclose(R @ found, 0, atol=1e-12)
+
+
+def test_contacts_slide_where_a_finger_has_fewer_than_two_drivers(barrett):
+    few = coupled(barrett, AS_BUILT, np.zeros(8))
+    for setting, expected in ((0, (False, False)), (1, (True, False)), (2, (True, True))):
+        settings = PlannerSettings(palm_sliding=setting).for_kernels()
+        assert (slides(few, settings), slides(barrett.arrays, settings)) == expected
+    assert PlannerSettings.of("paper").palm_sliding == 0
