@@ -1,0 +1,17 @@
+"""``cancel``: end jobs."""
+
+import typer
+
+from fingersplit_client.commands.connection import ApiKey, JobIds, Server, told
+
+__all__ = ["cancel"]
+
+
+@told
+def cancel(job_ids: JobIds, server: Server = None, api_key: ApiKey = None) -> None:
+    """End jobs that have not ended; those that have stay as they are."""
+    from fingersplit_client.client import Client
+
+    with Client(server, api_key=api_key) as client:
+        for job_id in job_ids:
+            typer.echo(f"{job_id}  {client.jobs.cancel(job_id).state}")
