@@ -14,11 +14,12 @@ from fingersplit_client import (
     Client,
     InvalidRequestError,
     PlanResult,
+    RequestTimeout,
     Retries,
     ServiceUnreachable,
 )
 from job_documents import problem_document
-from scripted_server import answers, scripted_server
+from scripted_server import answers, says_nothing, scripted_server
 from waiting_service import WaitingService
 
 pytestmark = pytest.mark.anyio
@@ -122,6 +123,13 @@ async def test_what_would_fail_for_all_ends_the_whole(kind: Any, meshes: list[Pa
     async with opened(kind, unused_url, retries=Retries(attempts=1)) as client:
         with pytest.raises(ServiceUnreachable):
             await items(client.plan_many(meshes))
+
+
+async def test_an_answer_that_is_late_is_the_error_of_its_file(kind: Any, meshes: list[Path]) -> None:
+    with scripted_server(says_nothing) as server:
+        async with opened(kind, server.url, timeout=0.1) as client:
+            planned = await items(client.plan_many(meshes[:2], cancel=False))
+    assert [type(one.error) for one in planned] == [RequestTimeout] * 2
 
 
 async def test_what_is_not_valid_is_refused_before_anything_is_done(kind: Any, unused_url: str, tmp_path: Path) -> None:

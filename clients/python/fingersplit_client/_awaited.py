@@ -1,4 +1,4 @@
-"""Drives flows with awaited calls, in asyncio or trio."""
+"""Drives flows with awaited calls, in asyncio."""
 
 import asyncio
 import contextlib

@@ -18,6 +18,7 @@ from fingersplit_client.errors import (
     AuthenticationError,
     FingersplitClientError,
     JobFailed,
+    RequestTimeout,
     ServiceUnreachable,
     invalid,
 )
@@ -125,9 +126,10 @@ class _Many:
             result = yield from self._plan(file, f"{self._run}-{digest}")
             if saved is not None:
                 yield Work(partial(result.save, saved))
-        except (AuthenticationError, ServiceUnreachable):  # so would all others fail
-            raise
         except (FingersplitClientError, OSError) as error:
+            gone = isinstance(error, ServiceUnreachable) and not isinstance(error, RequestTimeout)
+            if gone or isinstance(error, AuthenticationError):  # so would all others fail
+                raise
             return Planned(path, error=error)
         return Planned(path, result, None, saved)
 

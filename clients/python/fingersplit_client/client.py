@@ -197,7 +197,7 @@ class Client(_Operations[Blocking]):
 class AsyncClient(_Operations[Awaited]):
     """Talks to a Fingersplit service with awaited calls; the operations, arguments and errors are those of `Client`.
 
-    Use it in an ``async with`` statement, or await `close`. It runs in asyncio and trio, `plan_many` in asyncio only.
+    Use it in an ``async with`` statement, or await `close`; in asyncio.
 
     Args:
         base_url: Where the service listens; by default what ``FINGERSPLIT_SERVER`` says, else `DEFAULT_BASE_URL`.
