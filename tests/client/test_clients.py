@@ -7,6 +7,7 @@ from typing import Any, get_args
 import pytest
 
 from client_calls import done, items
+from fingersplit.result import read_result
 from fingersplit.splitting.termination import Termination as CoreTermination
 from fingersplit_client import (
     Client,
@@ -171,6 +172,13 @@ def test_a_form_of_the_service_takes_what_an_object_can_be_told(app: Any) -> Non
     body = document["paths"]["/v1/objects"]["post"]["requestBody"]["content"]["multipart/form-data"]["schema"]
     form = document["components"]["schemas"][body["$ref"].rpartition("/")[2]]
     assert set(form["properties"]) == ObjectKeywords.__annotations__.keys() - {"file_type"} | {"file"}
+
+
+def test_what_is_saved_is_what_the_command_line_reads(result: PlanResult, tmp_path: Path) -> None:
+    path = tmp_path / "can.json"
+    result.save(path)
+    assert PlanResult.load(path) == result
+    assert read_result(path).to_dict() == json.loads(result.model_dump_json())
 
 
 def test_every_termination_has_a_place_on_the_wire(result: PlanResult) -> None:

@@ -1,5 +1,6 @@
 """Plans for many files: bounded, saved as they end, taken up again where they were."""
 
+import asyncio
 import io
 import sys
 from pathlib import Path
@@ -112,6 +113,19 @@ async def test_leaving_early_cancels_what_is_under_way(kind: Any, meshes: list[P
     assert first.result is not None
     assert set(service.states.values()) == {"succeeded", "cancelled"}
     assert list(service.states.values()).count("succeeded") == 1
+
+
+async def test_a_task_that_is_cancelled_cancels_all_of_its_jobs(meshes: list[Path]) -> None:
+    service = WaitingService()
+    with scripted_server(service) as server:
+        async with AsyncClient(server.url) as client:
+            task = asyncio.create_task(items(client.plan_many(meshes, at_once=3)))
+            for _ in range(3):
+                assert await asyncio.to_thread(service.waited_for.acquire, timeout=120)
+            task.cancel()
+            with pytest.raises(asyncio.CancelledError):
+                await task
+    assert list(service.states.values()) == ["cancelled"] * 3
 
 
 async def test_what_would_fail_for_all_ends_the_whole(kind: Any, meshes: list[Path], unused_url: str) -> None:
