@@ -9,10 +9,13 @@ __all__ = ["hands", "warm"]
 def hands() -> None:
     """List the hands that can be planned for."""
     from fingersplit.hands.hand import available_hands, load_hand
+    from fingersplit.hands.public_hands import described_hands
 
     for name in available_hands():
         hand = load_hand(name)
         typer.echo(f"{name}: {hand.title}; {len(hand.fingers)} fingers, {len(hand.joint_names)} joints")
+    for name in described_hands():
+        typer.echo(f"{name}@FOLDER: the model is yours, its description ships")
 
 
 def warm() -> None:

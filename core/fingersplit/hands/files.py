@@ -12,7 +12,7 @@ from fingersplit.hands.archive import unpack
 from fingersplit.hands.description import HandDescription, read_description
 from fingersplit.hands.public_hands import described_hands, find_public_hand
 
-__all__ = ["DESCRIPTION", "HandFiles", "available_hands", "find_hand", "find_models"]
+__all__ = ["DESCRIPTION", "HandFiles", "find_hand", "find_models", "is_shipped", "shipped_hands"]
 
 DESCRIPTION = "hand.toml"
 
@@ -32,8 +32,14 @@ class HandFiles:
     sha256: str
 
 
-def available_hands() -> tuple[str, ...]:
-    """Names of the hands that ship."""
+def is_shipped(name: str) -> bool:
+    """Whether a hand of that name ships with its model."""
+    return name in shipped_hands()
+
+
+@cache
+def shipped_hands() -> tuple[str, ...]:
+    """Names of the hands that ship with their models."""
     return tuple(sorted(description.parent.name for description in _FOLDER.glob(f"*/{DESCRIPTION}")))
 
 
@@ -48,7 +54,7 @@ def find_hand(source: str | Path) -> HandFiles:
         UnknownHandError: Neither a name nor anything on disk.
         HandError: A folder or zip without a description, or with one that is wrong.
     """
-    if isinstance(source, str) and source in available_hands():
+    if isinstance(source, str) and is_shipped(source):
         return _read_folder(_FOLDER / source, source, _FOLDER)
     name, _, folder = str(source).partition("@")
     if name in described_hands() and not Path(source).exists():
@@ -58,7 +64,7 @@ def find_hand(source: str | Path) -> HandFiles:
         return _read_folder(path, path.resolve().name)
     if path.is_file():
         return _read_folder(_unpacked(path), path.stem)
-    raise UnknownHandError(str(source), available_hands())
+    raise UnknownHandError(str(source), shipped_hands())
 
 
 def find_models(folder: Path) -> list[Path]:

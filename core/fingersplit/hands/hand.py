@@ -10,10 +10,11 @@ import trimesh
 from numpy.typing import ArrayLike, NDArray
 
 from fingersplit.errors import HandError
+from fingersplit.hands import kinematics_kernel
 from fingersplit.hands.collision_shapes import convex_solids, planning_shapes
 from fingersplit.hands.couplings import read_coupling
 from fingersplit.hands.description import GripDescription, HandDescription
-from fingersplit.hands.files import HandFiles, available_hands, find_hand
+from fingersplit.hands.files import HandFiles, find_hand, is_shipped, shipped_hands
 from fingersplit.hands.fingers import Chain, Pad, read_fingers
 from fingersplit.hands.gripper import Gripper, driver_angles, read_gripper
 from fingersplit.hands.kinematics_kernel import move_fingers, place_shape
@@ -26,6 +27,10 @@ from fingersplit.hands.tree import Tree, compile_model, read_tree
 from fingersplit.transforms import pose_matrix, transform_points
 
 __all__ = ["Finger", "Gripper", "Hand", "available_hands", "compile_hand", "load_hand"]
+
+
+COUPLED_PLANNING = hasattr(kinematics_kernel, "move_drivers")
+"""Whether kernels move joints by their drivers."""
 
 
 @dataclass(frozen=True)
@@ -83,6 +88,11 @@ class Hand:
     def joint_names(self) -> tuple[str, ...]:
         """Joints in the order of every joint vector, (N,)."""
         return self.model.joint_names
+
+    @property
+    def coupled(self) -> bool:
+        """Whether a joint of the hand follows others."""
+        return len(self.model.coupling.drivers) < len(self.model.joints)
 
     @property
     def driver_names(self) -> tuple[str, ...]:
@@ -190,6 +200,11 @@ class Hand:
         }
 
 
+def available_hands() -> tuple[str, ...]:
+    """Names of the hands that ship and can be planned for."""
+    return tuple(name for name in shipped_hands() if COUPLED_PLANNING or not _shipped(name).coupled)
+
+
 def load_hand(source: str | Path) -> Hand:
     """A hand by its name, its folder or its zip; loaded once as long as its files stay the same.
 
@@ -197,7 +212,7 @@ def load_hand(source: str | Path) -> Hand:
         UnknownHandError: Neither a name nor anything on disk; the message lists the known names.
         HandError: Files that describe no hand that can be planned with; the message says what to change.
     """
-    if isinstance(source, str) and source in available_hands():
+    if isinstance(source, str) and is_shipped(source):
         return _shipped(source)
     return _compiled(_Keyed(find_hand(source)))
 

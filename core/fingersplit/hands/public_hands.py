@@ -19,7 +19,6 @@ _MODULES = {
     "shadow": "shadow_hand_mj_description",
     "dexee": "shadow_dexee_mj_description",
     "ability": "ability_hand_description",
-    "robotiq_3f": "robotiq_3f_description",
 }
 """Modules of the package robot_descriptions that fetch these models."""
 
@@ -29,7 +28,6 @@ _PLACES = {
     "shadow": "shadow_hand",
     "dexee": "shadow_dexee",
     "ability": "ability_hand",
-    "robotiq_3f": "robotiq_3f",
 }
 """Their folders, as MuJoCo Menagerie and the original sources call them."""
 

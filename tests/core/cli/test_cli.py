@@ -124,7 +124,7 @@ def test_no_feasible_grasp_is_exit_code_1_with_the_reason(folder):
     [
         (("broken.stl",), "triangle"),
         (("ball.stl", "--unit", "furlong"), "furlong"),
-        (("ball.stl", "--hand", "shadow"), "Unknown hand 'shadow'; known hands: barrett, barrett_coupled."),
+        (("ball.stl", "--hand", "claw"), "Unknown hand 'claw'; known hands: barrett, barrett_coupled."),
         (("ball.stl", "--setting", "fricton=0.4"), "Unknown planner setting 'fricton'"),
         (("ball.stl", "--setting", "friction"), "'friction' is not NAME=VALUE"),
         (("ball.stl", "--setting", "friction=much"), "'friction' must be a number, got 'much'."),

@@ -79,8 +79,8 @@ def test_fingers_and_joints_are_named(barrett):
 
 
 def test_unknown_hand_names_the_known():
-    with pytest.raises(UnknownHandError, match=r"Unknown hand 'shadow'; known hands: barrett, barrett_coupled\."):
-        load_hand("shadow")
+    with pytest.raises(UnknownHandError, match=r"Unknown hand 'claw'; known hands: barrett, barrett_coupled\."):
+        load_hand("claw")
 
 
 def test_hand_is_loaded_once_and_cannot_be_changed(barrett):

@@ -1,8 +1,5 @@
 """Drafts: palm, fingers, tips, normals, couplings and opposition found by moving a model."""
 
-import os
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -11,18 +8,8 @@ from fingersplit.hands import load_hand
 from fingersplit.hands.description import read_description
 from fingersplit.hands.draft import description_to_toml, draft_folder, draft_hand
 from fingersplit.hands.forward import link_poses
+from models_folder import models_folder
 from own_hand import COUNTS, FINGERS, hand_mjcf
-
-REPOSITORY = Path(__file__).parents[3]
-
-
-def models_folder() -> Path | None:
-    configured = os.environ.get("FINGERSPLIT_HANDS")
-    if configured:
-        return Path(configured)
-    beside = REPOSITORY.parent / "shared" / "hands"
-    beside = beside if beside.is_dir() else REPOSITORY.parent.parent / "shared" / "hands"
-    return beside if beside.is_dir() else None
 
 
 @pytest.fixture(scope="module")
