@@ -10,7 +10,6 @@ from fingersplit.contacts.metrics import available_metrics
 from fingersplit.formats import available_formats, export_file
 from fingersplit.parallel_grasps.sources import available_sources
 from fingersplit.planning.planning import plan
-from fingersplit.verification import verify_ranked
 from fingersplit.verification.protocols import available_protocols
 
 PAGE = (Path(__file__).parents[2] / "docs" / "extending.md").read_text()

@@ -11,9 +11,9 @@ from typing import Self
 
 import numpy as np
 import trimesh
-import vhacdx
 from numpy.typing import NDArray
 
+from fingersplit.extras import extra
 from fingersplit.objects.mesh import Mesh
 
 __all__ = ["ConvexPieces", "decompose"]
@@ -93,6 +93,8 @@ def decompose(mesh: Mesh, pieces: int = PIECES, filled_voxels: int = FILLED_VOXE
     if hull is not None:
         return ConvexPieces((hull,), "convex_hull")
     fill = mesh.volume / np.ptp(vertices, axis=0).max() ** 3
+    with extra("verify"):
+        import vhacdx
     found = vhacdx.compute_vhacd(
         vertices,
         np.insert(faces, 0, 3, axis=1).astype(np.uint32).ravel(),

@@ -1,14 +1,16 @@
 """The annotations of a recording: phases, log and summary."""
 
-import rerun as rr
-
 from fingersplit.contacts.metrics import available_metrics
+from fingersplit.extras import extra
 from fingersplit.recording import colors
 from fingersplit.recording.planning_rows import phases_of
 from fingersplit.recording.replay import ReplayedGrasp
 from fingersplit.recording.simulation_rows import RecordedFrames
 from fingersplit.result.verification import Verification
 from fingersplit.splitting.trace import QUALITY
+
+with extra("recording"):
+    import rerun as rr
 
 __all__ = ["annotate"]
 

@@ -1,14 +1,17 @@
 """How a recording opens: the scene on the left, curves, phases and the log on the right, nothing else in the way."""
 
 import numpy as np
-import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
 from fingersplit.contacts.metrics import available_metrics
+from fingersplit.extras import extra
 from fingersplit.objects.model import ObjectModel
 from fingersplit.recording.replay import ReplayedGrasp
 from fingersplit.recording.simulation_rows import RecordedFrames
 from fingersplit.recording.stream import Layout
+
+with extra("recording"):
+    import rerun.blueprint as rrb
 
 __all__ = ["Eye", "choose_view", "grasp_blueprint"]
 

@@ -1,10 +1,10 @@
 """What never changes in a recording: meshes, colours and sizes, and the parallel grasp that it began with."""
 
 import numpy as np
-import rerun as rr
 import trimesh
 
 from fingersplit.contacts.metrics import available_metrics
+from fingersplit.extras import extra
 from fingersplit.hands.hand import Hand
 from fingersplit.objects.model import ObjectModel
 from fingersplit.recording import colors
@@ -12,6 +12,9 @@ from fingersplit.recording.planning_rows import CONE_HEIGHT
 from fingersplit.recording.posing import hand_links
 from fingersplit.recording.replay import ReplayedGrasp
 from fingersplit.recording.shading import ShadedMesh, shade_hand, shade_object
+
+with extra("recording"):
+    import rerun as rr
 
 __all__ = ["hand_entities", "log_bodies"]
 

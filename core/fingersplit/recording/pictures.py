@@ -5,12 +5,8 @@ from itertools import groupby
 from pathlib import Path
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
-from matplotlib.patches import Patch
-from PIL import Image
 
+from fingersplit.extras import extra
 from fingersplit.grasp import Grasp
 from fingersplit.hands.hand import Hand
 from fingersplit.objects.model import ObjectModel
@@ -18,6 +14,13 @@ from fingersplit.recording import colors
 from fingersplit.recording.raycast import Camera, Layer, render
 from fingersplit.recording.replay import QualityCurve, ReplayedGrasp
 from fingersplit.recording.scene import GraspView, grasp_camera, grasp_layers
+
+with extra("pictures"):
+    from matplotlib.axes import Axes
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+    from matplotlib.patches import Patch
+    from PIL import Image
 
 __all__ = ["draw_animation", "draw_picture", "draw_thumbnail", "shade_phases"]
 

@@ -3,12 +3,12 @@
 from itertools import groupby
 
 import numpy as np
-import rerun as rr
 from numpy.typing import NDArray
 
 from fingersplit.contacts.metric import GraspState
 from fingersplit.contacts.metrics import available_metrics
 from fingersplit.contacts.wrench_space import WrenchSpace
+from fingersplit.extras import extra
 from fingersplit.hands.hand import Hand
 from fingersplit.objects.model import ObjectModel
 from fingersplit.recording import colors
@@ -16,6 +16,9 @@ from fingersplit.recording.posing import turn_z_to
 from fingersplit.recording.surface_points import points_in_collision, reference_points
 from fingersplit.splitting.trace import HAND_QUALITY, OBJECT_QUALITY, PENETRATION, PHASE_NAMES, QUALITY, Trace
 from fingersplit.splitting.trace_kernel import CPO
+
+with extra("recording"):
+    import rerun as rr
 
 __all__ = ["CONE_HEIGHT", "phases_of", "planning_indexes", "record_planning"]
 

@@ -8,9 +8,9 @@ poses: the first instance is the split grasp, the second, if there is one, the m
 from pathlib import Path
 
 import numpy as np
-import rerun as rr
 from numpy.typing import NDArray
 
+from fingersplit.extras import extra
 from fingersplit.hands.hand import Hand
 from fingersplit.objects.model import ObjectModel
 from fingersplit.recording.annotations import annotate
@@ -22,6 +22,9 @@ from fingersplit.recording.replay import ReplayedGrasp
 from fingersplit.recording.simulation_rows import RecordedFrames, record_simulation, simulation_indexes
 from fingersplit.recording.stream import recording_file
 from fingersplit.verification import SimulationFrames
+
+with extra("recording"):
+    import rerun as rr
 
 __all__ = ["write_recording"]
 

@@ -6,13 +6,16 @@ from typing import Protocol
 
 import numpy as np
 import trimesh
-from matplotlib.colors import to_rgb
 from numpy.typing import NDArray
 
+from fingersplit.extras import extra
 from fingersplit.objects.mesh import Mesh
 from fingersplit.recording import colors
 from fingersplit.recording.raycast import Camera, Layer, unobstructed
 from fingersplit.transforms import transform_points
+
+with extra("pictures"):
+    from matplotlib.colors import to_rgb
 
 __all__ = ["GraspView", "PosableHand", "grasp_camera", "grasp_layers"]
 

@@ -1,13 +1,16 @@
 """The simulated part of a recording: the verification's frames, on the steps after the planning rows."""
 
 import numpy as np
-import rerun as rr
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from fingersplit.extras import extra
 from fingersplit.hands.hand import Hand
 from fingersplit.recording.posing import Poses, pose_links
 from fingersplit.verification import SimulationFrames
+
+with extra("recording"):
+    import rerun as rr
 
 __all__ = ["RecordedFrames", "record_simulation", "simulation_indexes"]
 

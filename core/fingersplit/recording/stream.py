@@ -5,9 +5,12 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-import rerun as rr
-import rerun.blueprint as rrb
-import rerun_bindings
+from fingersplit.extras import extra
+
+with extra("recording"):
+    import rerun as rr
+    import rerun.blueprint as rrb
+    import rerun_bindings
 
 __all__ = ["APPLICATION", "Layout", "recording_file"]
 

@@ -11,6 +11,7 @@ from urllib.error import URLError
 from urllib.request import urlopen
 
 from fingersplit.errors import ViewerError
+from fingersplit.extras import extra
 
 __all__ = ["VIEWER_FILES", "set_up_viewer", "viewer_folder", "viewer_is_set_up"]
 
@@ -48,7 +49,8 @@ def set_up_viewer() -> Path:
     Raises:
         ViewerError: The package does not serve its viewer, or the folder cannot be written.
     """
-    import rerun as rr  # only where a recording is written or its viewer is needed
+    with extra("recording"):
+        import rerun as rr  # only where a recording is written or its viewer is needed
 
     folder = viewer_folder()
     if viewer_is_set_up():

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from scipy import fft
 from scipy.ndimage import map_coordinates
 from scipy.spatial import cKDTree
-from skimage.measure import marching_cubes
 from trimesh.graph import connected_component_labels
 
 from fingersplit.errors import ObjectFileError
+from fingersplit.extras import extra
 from fingersplit.objects.cloud.normals import OrientedPoints
 from fingersplit.objects.mesh import Mesh
 
@@ -78,6 +78,8 @@ def reconstruct(oriented: OrientedPoints, viewpoint: NDArray[np.float64] | None 
         raise ObjectFileError(
             "no_volume", "The points enclose no volume: they may lie in one plane or point every way."
         )
+    with extra("clouds"):
+        from skimage.measure import marching_cubes
     vertices, faces, _, _ = marching_cubes(winding, level, gradient_direction="ascent")
     mesh = _main_parts(Mesh(vertices * cell + origin, faces), oriented)
     drawn, seen = _drawn_onto_points(mesh, oriented, DRAWING_REACH * max(oriented.spacing, cell))

@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from pypcd4.pypcd4 import PointCloud as PcdFile
 
 from fingersplit.errors import ObjectFileError
+from fingersplit.extras import extra
 from fingersplit.objects.intake.content import checked_content
 from fingersplit.objects.intake.pcd import check_pcd
 from fingersplit.objects.intake.ply import has_faces, ply_vertices
@@ -68,6 +68,8 @@ def parse_cloud(data: bytes, file_type: str) -> RawCloud:
 
 
 def _parse_pcd(data: bytes) -> RawCloud:
+    with extra("clouds"):
+        from pypcd4.pypcd4 import PointCloud as PcdFile
     cloud = PcdFile.from_fileobj(io.BufferedReader(io.BytesIO(check_pcd(data))))
     rows = np.atleast_1d(cloud.pc_data)
     viewpoint = np.array(cloud.metadata.viewpoint[:3])
