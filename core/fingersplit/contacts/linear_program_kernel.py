@@ -4,17 +4,18 @@ import numpy as np
 
 from fingersplit.compilation import kernel
 from fingersplit.contacts.cone_kernel import FACETS
-from fingersplit.hands.limits import MAX_FINGERS, MAX_JOINTS
+from fingersplit.hands.limits import MAX_CHAIN_DRIVERS, MAX_DRIVERS, MAX_FINGERS
 from fingersplit.vectors_kernel import solve_positive_definite
 
 __all__ = ["LINEAR_PROGRAM", "MAX_ROWS", "MAX_VARIABLES", "maximize"]
 
 _PAIRS = MAX_FINGERS * (MAX_FINGERS - 1) // 2
-_HOLDING = MAX_FINGERS * (FACETS + 2) + 2 * MAX_JOINTS, 3 * MAX_FINGERS - 6 + 1
-_GRIP = MAX_FINGERS * (2 * FACETS + 3) + 2 * MAX_JOINTS + 3, _PAIRS + 3 + MAX_FINGERS
+_HOLDING = MAX_FINGERS * (FACETS + 2 + 2 * MAX_CHAIN_DRIVERS), 3 * MAX_FINGERS - 6 + 1
+_GRIP = MAX_FINGERS * (2 * FACETS + 3) + 2 * MAX_DRIVERS + 3, _PAIRS + 3 + MAX_FINGERS
 MAX_ROWS, MAX_VARIABLES = max(_HOLDING[0], _GRIP[0]), max(_HOLDING[1], _GRIP[1])
-"""Most inequalities and variables, for the largest hand: of ``holding_kernel`` (facets, largest and pressing force of
-each finger, torques both ways) and of ``grip`` (two rows a facet, three bounds a finger, torques both ways, slacks)."""
+"""Most inequalities and variables, for the largest hand: of ``holding_kernel`` (facets, largest and pressing force,
+and both ways the torque of every driver, finger by finger) and of ``grip`` (two rows a facet, three bounds a finger,
+both ways the torque of every driver of the hand, slacks)."""
 
 LINEAR_PROGRAM = np.dtype(
     [

@@ -11,7 +11,7 @@ from scipy.optimize import linprog
 from fingersplit.contacts import grip as grip_module
 from fingersplit.contacts.grip import GripProblem, least_grip
 from fingersplit.contacts.linear_program import maximum
-from fingersplit.hands.limits import MAX_CHAIN_JOINTS, MAX_FINGERS
+from fingersplit.hands.limits import MAX_CHAIN_JOINTS, MAX_DRIVERS, MAX_FINGERS
 
 MIN_FORCE = 1.0
 
@@ -83,17 +83,18 @@ def test_contacts_that_no_grip_keeps_inside_their_cones_are_pressed_all_the_same
 
 
 def anywhere(rng: np.random.Generator, fingers: int) -> GripProblem:
-    """Contacts anywhere on a ball, fingers of ``MAX_CHAIN_JOINTS`` joints, often too little torque."""
+    """Contacts anywhere on a ball, a hand with as many joints as there is room for, often too little torque."""
     normals = rng.normal(size=(fingers, 3))
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    jacobians = np.zeros((fingers, 3, fingers, MAX_CHAIN_JOINTS))
+    joints = min(MAX_CHAIN_JOINTS, MAX_DRIVERS // fingers)
+    jacobians = np.zeros((fingers, 3, fingers, joints))
     for finger in range(fingers):
-        jacobians[finger, :, finger] = rng.normal(scale=0.06, size=(3, MAX_CHAIN_JOINTS))
+        jacobians[finger, :, finger] = rng.normal(scale=0.06, size=(3, joints))
     return GripProblem(
         contacts=0.04 * normals,
         normals=normals,
         jacobians=jacobians.reshape(fingers, 3, -1),
-        torque_limits=np.full(fingers * MAX_CHAIN_JOINTS, rng.choice([0.1, 0.5, 2.0])),
+        torque_limits=np.full(fingers * joints, rng.choice([0.1, 0.5, 2.0])),
         center_of_mass=rng.normal(scale=0.005, size=3),
         friction=float(rng.choice([0.05, 0.3, 0.5, 0.8])),
         least_forces=np.full(fingers, rng.choice([0.0, 1.0, 3.0])),
