@@ -1,4 +1,4 @@
-"""The commands about files of other tools: list the formats, and write a result in one of them."""
+"""The commands about grasps from and for others: sources of parallel grasps, file formats, and exports."""
 
 from pathlib import Path
 from typing import Annotated
@@ -7,7 +7,7 @@ import typer
 
 from fingersplit.cli.output import check_writable, new_table
 
-__all__ = ["export", "formats"]
+__all__ = ["export", "formats", "sources"]
 
 
 def export(
@@ -40,3 +40,11 @@ def formats() -> None:
         uses = (one.read_parallel and "read", one.read_hand and "read", one.write and "written")
         table.add_row(name, one.suffix, *(use or "" for use in uses), one.title)
     Console().print(table)
+
+
+def sources() -> None:
+    """List the sources of parallel grasps, for `plan --source`."""
+    from fingersplit.parallel_grasps.sources import available_sources
+
+    for name, source in available_sources().items():
+        typer.echo(f"{name}: {source.meaning}")

@@ -5,7 +5,7 @@ from importlib.metadata import entry_points
 
 import typer
 
-from fingersplit.cli.exporting import export, formats
+from fingersplit.cli.exporting import export, formats, sources
 from fingersplit.cli.hand import app as hand_app
 from fingersplit.cli.hands import hands, warm
 from fingersplit.cli.planning import plan
@@ -30,6 +30,7 @@ app.command()(plan)
 app.command("verify")(verify_stored)
 app.command()(export)
 app.command()(formats)
+app.command()(sources)
 app.command()(record)
 app.command()(review)
 app.command()(setup_viewer)

@@ -58,7 +58,7 @@ def plan(
     ] = None,
     grasp_scale: Annotated[float, typer.Option(help="Factor from the lengths of that file to metres.")] = 1.0,
     source: Annotated[
-        str, typer.Option(help="Where parallel grasps are found: antipodal, surface_fitting or both.")
+        str, typer.Option(help="Where parallel grasps are found; see `fingersplit sources`.")
     ] = "antipodal",
     scene: Annotated[
         Path | None,

@@ -13,6 +13,7 @@ import yaml
 
 from fingersplit.formats import available_formats
 from fingersplit.formats.isaac_grasp import read_isaac_grasp
+from fingersplit.parallel_grasps.sources import available_sources
 from fingersplit_client.schemas import PlanResult
 
 PROGRAM = Path(sys.executable).with_name("fingersplit")
@@ -227,3 +228,9 @@ def test_formats_are_listed_from_the_registry(folder):
     for name, one in available_formats().items():
         (row,) = [line for line in listed.stdout.splitlines() if line.split()[:1] == [name]]
         assert ("written" in row) == (one.write is not None)
+
+
+def test_sources_are_listed_from_the_registry(folder):
+    listed = run("sources", cwd=folder)
+    assert listed.returncode == 0
+    assert [line.split(":")[0] for line in listed.stdout.splitlines()] == list(available_sources())
