@@ -6,6 +6,8 @@ from contextlib import asynccontextmanager
 from importlib.metadata import version
 
 from fastapi import FastAPI
+from fastapi.middleware.cors import CORSMiddleware
+from fastapi.routing import APIRoute
 from fastapi_offline import FastAPIOffline
 
 from fingersplit_service.endpoints import (
@@ -20,21 +22,35 @@ from fingersplit_service.endpoints import (
     object_lookup,
     objects,
     parallel_grasps,
+    plan,
     sessions,
     views,
 )
 from fingersplit_service.jobs.worker_functions import WorkerFunctions
+from fingersplit_service.limits import MAX_HEADER_BYTES
 from fingersplit_service.openapi import DESCRIPTION, TAGS, describe
 from fingersplit_service.operations.metrics import Metrics
 from fingersplit_service.problems import add_problem_handlers
 from fingersplit_service.review import pages, viewer
 from fingersplit_service.runtime import running
 from fingersplit_service.security.body_limit import BodyLimit
-from fingersplit_service.security.middleware import AccessLog, CrossSiteGuard, RequestId, SecurityHeaders
+from fingersplit_service.security.http_manners import ContentDecoding, HeadAsGet
+from fingersplit_service.security.middleware import (
+    AccessLog,
+    Authentication,
+    CrossSiteGuard,
+    RequestId,
+    RequestLimits,
+    SecurityHeaders,
+)
 from fingersplit_service.settings import ServiceSettings
 
 __all__ = ["create_app"]
 
+_RESOURCES = (
+    *(plan, object_lookup, objects, parallel_grasps, jobs, grasps, views, exports),
+    *(events, batches, hands, sessions, health),
+)
 _UPLOADS = re.compile(f"{objects.PATH}(/[^/]+/parallel-grasps/import)?")
 _MULTIPART_OVERHEAD = 64 * 1024  # boundaries, part headers, and the other fields [bytes]
 
@@ -55,7 +71,7 @@ def create_app(settings: ServiceSettings | None = None, functions: WorkerFunctio
             yield
 
     def body_limit(method: str, path: str) -> int:
-        if method == "POST" and _UPLOADS.fullmatch(path):
+        if method == "POST" and (_UPLOADS.fullmatch(path) or path == plan.PATH):
             return chosen.max_upload_bytes + _MULTIPART_OVERHEAD
         return chosen.max_request_bytes
 
@@ -67,9 +83,10 @@ def create_app(settings: ServiceSettings | None = None, functions: WorkerFunctio
         openapi_tags=TAGS,
         lifespan=lifespan,
         redoc_url=None,
+        generate_unique_id_function=_operation_id,
     )
     for resource in (
-        object_lookup,
+        plan,
         objects,
         parallel_grasps,
         jobs,
@@ -84,13 +101,31 @@ def create_app(settings: ServiceSettings | None = None, functions: WorkerFunctio
         health,
     ):
         app.include_router(resource.router)
-    for part in (pages, viewer):
-        app.include_router(part.router)
+    for router in (pages.root, pages.router, viewer.router):
+        app.include_router(router)
     add_problem_handlers(app)
+    # From the inside out: what is added last sees a request first.
+    app.add_middleware(ContentDecoding, limit_of=body_limit)
+    app.add_middleware(Authentication)
     app.add_middleware(BodyLimit, limit_of=body_limit, timeout_s=chosen.body_timeout_s)
+    if chosen.cors_origins:
+        app.add_middleware(
+            CORSMiddleware,
+            allow_origins=chosen.cors_origins,
+            allow_methods=["*"],
+            allow_headers=["Authorization", "Content-Type", "Idempotency-Key", "Last-Event-ID", "Prefer"],
+            expose_headers=["Location", "Retry-After", "X-Request-ID", "Idempotent-Replayed", "Preference-Applied"],
+        )
     app.add_middleware(CrossSiteGuard, settings=chosen)
+    app.add_middleware(RequestLimits, max_requests=chosen.max_connections, max_header_bytes=MAX_HEADER_BYTES)
+    app.add_middleware(HeadAsGet)
     app.add_middleware(SecurityHeaders)
     app.add_middleware(AccessLog, metrics=metrics)
     app.add_middleware(RequestId)
     describe(app)
     return app
+
+
+def _operation_id(route: APIRoute) -> str:
+    """The function's name: what a generated client calls its method."""
+    return route.name

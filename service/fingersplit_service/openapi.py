@@ -8,6 +8,7 @@ from fastapi.openapi.utils import get_openapi
 
 from fingersplit.splitting.settings import PlannerSettings
 from fingersplit_client.schemas import Problem
+from fingersplit_service.endpoints.plan import PlanCreate
 
 __all__ = ["DESCRIPTION", "TAGS", "describe"]
 
@@ -56,15 +57,29 @@ def _complete_schema(app: FastAPI) -> dict[str, Any]:
         tags=app.openapi_tags,
     )
     _add_links(schema["paths"])
+    _mark_binary(schema["paths"])
     components = schema["components"]["schemas"]
     problem = Problem.model_json_schema(ref_template="#/components/schemas/{model}")
+    plan = PlanCreate.model_json_schema(ref_template="#/components/schemas/{model}")
     components.update(problem.pop("$defs"), Problem=problem)
+    components.update(plan.pop("$defs"), PlanCreate=plan)
     planner = components["JobCreate"]["properties"]["planner"]
     planner["description"] += " Known settings:\n" + "\n".join(
         f"* `{one.name}` [{one.metadata['unit'] or 'flag'}], default {one.default}: {one.metadata['doc']}"
         for one in fields(PlannerSettings)
     )
     return schema
+
+
+def _mark_binary(paths: dict[str, Any]) -> None:
+    """Say of answers that are neither JSON nor text that they are bytes."""
+    answers = (
+        answer for item in paths.values() for operation in item.values() for answer in operation["responses"].values()
+    )
+    for answer in answers:
+        for media_type, content in answer.get("content", {}).items():
+            if not media_type.startswith("text/") and "json" not in media_type:
+                content["schema"] = {"type": "string", "format": "binary"}
 
 
 def _add_links(paths: dict[str, Any]) -> None:

@@ -1,7 +1,7 @@
 """Errors as problem documents (RFC 9457): one stable type for each kind, and how exceptions become them."""
 
 import logging
-from collections.abc import Sequence
+import zlib
 from enum import Enum
 from typing import Any
 
@@ -10,13 +10,16 @@ from fastapi import FastAPI, HTTPException, Request
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import Response
 from starlette.exceptions import HTTPException as StarletteHTTPException
+from starlette.routing import Route
 
 from fingersplit_client.schemas import InvalidField, Problem
 from fingersplit_service.database.connection import StorageUnavailable
 from fingersplit_service.database.jobs import IdempotencyConflict, QueueFull
 from fingersplit_service.jobs import errors
+from fingersplit_service.jobs.notifier import TooManyWaiting
 from fingersplit_service.jobs.slot import DeadlineExceeded, WorkerDied
 from fingersplit_service.operations.health import DiskFull
+from fingersplit_service.validation import describe_fault, pointer
 
 __all__ = [
     "MEDIA_TYPE",
@@ -44,10 +47,14 @@ class ProblemKind(Enum):
     IN_USE = ("in-use", 409, "The resource is in use")
     GONE = ("gone", 409, "The resource is gone")
     TOO_LARGE = ("too-large", 413, "The request is too large")
-    UNKNOWN_FORMAT = ("unknown-format", 415, "Unsupported media type")
+    MEDIA_TYPE = ("unsupported-media-type", 415, "Unsupported media type")
+    UNKNOWN_FORMAT = ("unknown-format", 415, "Unknown file format")
     INVALID_REQUEST = ("invalid-request", 422, "The request is not valid")
     INVALID_MESH = ("invalid-mesh", 422, "The file holds no graspable object")
     KEY_REUSED = ("idempotency-key-reused", 422, "The idempotency key belongs to another request")
+    HEADERS_TOO_LARGE = ("headers-too-large", 431, "Request header fields too large")
+    TOO_MANY_WAITING = ("too-many-waiting", 429, "Too many requests are waiting")
+    OVERLOADED = ("overloaded", 503, "The service is overloaded")
     QUEUE_FULL = ("queue-full", 429, "Too many jobs are waiting")
     INTERNAL = ("internal-error", 500, "Internal error")
     NOT_READY = ("not-ready", 503, "The service is not ready")
@@ -87,8 +94,8 @@ class ProblemError(HTTPException):
         errors = [InvalidField(field=field, detail=detail)] if field else []
         self.problem = kind.document(detail, errors=errors, **members)
         headers = {"WWW-Authenticate": "Bearer"} if kind is ProblemKind.UNAUTHENTICATED else {}
-        if retry_after is not None or kind.status == 503:
-            headers["Retry-After"] = str(retry_after or 1)
+        if retry_after is not None:
+            headers["Retry-After"] = str(retry_after)
         super().__init__(kind.status, detail, headers)
 
 
@@ -98,8 +105,11 @@ _EVERYWHERE = (
     ProblemKind.FORBIDDEN,
     ProblemKind.TOO_SLOW,
     ProblemKind.TOO_LARGE,
+    ProblemKind.MEDIA_TYPE,
+    ProblemKind.HEADERS_TOO_LARGE,
     ProblemKind.INTERNAL,
     ProblemKind.STORAGE,
+    ProblemKind.OVERLOADED,
 )
 _PROBLEM_REFERENCE = {"$ref": "#/components/schemas/Problem"}
 
@@ -132,13 +142,15 @@ def add_problem_handlers(app: FastAPI) -> None:
     for refusal in _REFUSALS:
         app.add_exception_handler(refusal, _refusal)
     app.add_exception_handler(sa.exc.DataError, _data_error)
+    app.add_exception_handler(zlib.error, _encoding_error)
     app.add_exception_handler(Exception, _unforeseen_error)
 
 
 def problem_response(problem: Problem, headers: dict[str, str] | None = None) -> Response:
     """A problem document as an answer."""
     content = problem.model_dump_json(exclude_defaults=True)
-    return Response(content, problem.status, headers, media_type=MEDIA_TYPE)
+    retry = {"Retry-After": "1"} if problem.status == 503 else {}
+    return Response(content, problem.status, retry | (headers or {}), media_type=MEDIA_TYPE)
 
 
 async def _http_error(request: Request, error: Exception) -> Response:
@@ -148,7 +160,8 @@ async def _http_error(request: Request, error: Exception) -> Response:
     if error.status_code == 404:
         problem = ProblemKind.NOT_FOUND.document(f"There is nothing at {request.url.path}.")
     elif error.status_code == 405:
-        allowed = (error.headers or {}).get("Allow", "another method")
+        allowed = ", ".join(_allowed_methods(request))
+        error.headers = {**(error.headers or {}), "Allow": allowed}
         detail = f"{request.url.path} does not take {request.method}; it takes {allowed}."
         problem = ProblemKind.METHOD_NOT_ALLOWED.document(detail)
     else:
@@ -156,10 +169,32 @@ async def _http_error(request: Request, error: Exception) -> Response:
     return problem_response(problem, dict(error.headers or {}))
 
 
-async def _validation_error(_request: Request, error: Exception) -> Response:
+async def _validation_error(request: Request, error: Exception) -> Response:
     assert isinstance(error, RequestValidationError)  # what this handler is registered for
-    fields = [InvalidField(field=_pointer(one["loc"]), detail=one["msg"]) for one in error.errors()[:20]]
-    return problem_response(ProblemKind.INVALID_REQUEST.document("Some fields are not valid.", errors=fields))
+    faults = error.errors()[:20]
+    media_type = request.headers.get("content-type", "").partition(";")[0].strip().lower()
+    if any(one["loc"] == ("body",) for one in faults) and not _is_json(media_type):
+        detail = f"The body's Content-Type is {media_type or 'missing'}; send JSON with Content-Type: application/json."
+        return await _http_error(request, ProblemError(ProblemKind.MEDIA_TYPE, detail))
+    fields = [InvalidField(field=pointer(one), detail=describe_fault(one, request.scope)) for one in faults]
+    detail = f"{fields[0].field or 'body'}: {fields[0].detail}" if len(fields) == 1 else "Some fields are not valid."
+    return problem_response(ProblemKind.INVALID_REQUEST.document(detail, errors=fields))
+
+
+def _is_json(media_type: str) -> bool:
+    return media_type == "application/json" or media_type.endswith("+json")
+
+
+def _allowed_methods(request: Request) -> list[str]:
+    """The methods that an address takes, of all routes that it matches."""
+    found = set[str]()
+    waiting = list(request.app.routes)
+    while waiting:
+        route = waiting.pop()
+        if isinstance(route, Route) and route.path_regex.match(request.url.path):
+            found |= route.methods or set()
+        waiting += getattr(getattr(route, "original_router", None), "routes", [])  # of a router that was included
+    return sorted(found | ({"HEAD"} if "GET" in found else set()))
 
 
 def _describe_refusal(error: Exception) -> ProblemError:
@@ -193,6 +228,7 @@ _REFUSALS = {
     errors.ResourceGone: ProblemKind.GONE,
     errors.WorkersNotReady: ProblemKind.NOT_READY,
     DiskFull: ProblemKind.STORAGE,
+    TooManyWaiting: ProblemKind.TOO_MANY_WAITING,
     QueueFull: ProblemKind.QUEUE_FULL,
     IdempotencyConflict: ProblemKind.KEY_REUSED,
 }
@@ -201,6 +237,11 @@ _REFUSALS = {
 
 async def _refusal(request: Request, error: Exception) -> Response:
     return await _http_error(request, _describe_refusal(error))
+
+
+async def _encoding_error(request: Request, _error: Exception) -> Response:
+    detail = "The body was announced as gzip, and is none or cut off."
+    return await _http_error(request, ProblemError(ProblemKind.BAD_REQUEST, detail))
 
 
 async def _data_error(request: Request, _error: Exception) -> Response:
@@ -224,9 +265,3 @@ async def _unforeseen_error(request: Request, error: Exception) -> Response:
     return problem_response(
         ProblemKind.INTERNAL.document("The service failed with an internal error; its log says more.")
     )
-
-
-def _pointer(location: Sequence[str | int]) -> str:
-    """``("body", "planner", "gain")`` as ``/planner/gain``; a parameter by its name."""
-    source, *path = location
-    return "".join(f"/{part}" for part in path) if source == "body" else str(path[-1] if path else source)

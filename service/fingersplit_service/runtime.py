@@ -76,7 +76,7 @@ async def running(settings: ServiceSettings, functions: WorkerFunctions, metrics
             observe_wait=metrics.answers_waited.observe,
         )
         stack.push_async_callback(pool.stop)
-        notifier, object_store, job_store = Notifier(), ObjectStore(database), JobStore(database)
+        notifier, object_store, job_store = Notifier(settings.max_waiting), ObjectStore(database), JobStore(database)
         dispatcher = Dispatcher(JobQueue(database), storage, pool, notifier, metrics, settings, functions)
         stack.push_async_callback(dispatcher.stop)
         stack.push_async_callback(pool.stop_refilling)

@@ -59,9 +59,23 @@ class ServiceSettings(BaseSettings):
     )
     max_request_bytes: PositiveInt = Field(default=_MIB, description="Largest body of other requests [bytes].")
     max_queued_jobs: PositiveInt = Field(default=10_000, description="Most jobs of one owner that may wait.")
-    max_connections: PositiveInt = Field(default=1_000, description="Most connections at once.")
+    max_connections: PositiveInt = Field(
+        default=1_000, description="Most connections, and most requests under way, at once; probes are not counted."
+    )
+    max_waiting: PositiveInt = Field(
+        default=200, description="Most requests and event streams of one owner that may wait for jobs at once."
+    )
+    cors_origins: tuple[str, ...] = Field(
+        default=(), description="Origins such as https://cell.example whose pages may use the service with a key."
+    )
     header_timeout_s: PositiveFloat = Field(default=10.0, description="Longest time for a request's headers [s].")
     body_timeout_s: PositiveFloat = Field(default=60.0, description="Longest time for a request's body [s].")
+    write_timeout_s: PositiveFloat = Field(
+        default=30.0, description="Longest time that a client may leave an answer unread [s]."
+    )
+    keepalive_s: PositiveFloat = Field(
+        default=15.0, description="After this time without news an event stream says that it is still there [s]."
+    )
     max_wait_s: PositiveFloat = Field(default=300.0, description="Longest time that `Prefer: wait` may ask for [s].")
     worker_memory_bytes: PositiveInt = Field(
         default=4096 * _MIB, description="Address space of one worker process [bytes]."

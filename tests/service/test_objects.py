@@ -30,7 +30,7 @@ async def test_an_uploaded_mesh_is_an_object_in_metres(api):
 
 async def test_the_same_mesh_is_one_object(api, cube):
     first = await api.upload(cube, "a.off", unit="mm")
-    again = await api.upload(cube, "b.off", unit="mm", name="other")
+    again = await api.upload(cube, "b.off", unit="mm")
 
     assert (first.status_code, again.status_code) == (201, 200)
     assert again.json() == first.json()
@@ -156,7 +156,7 @@ def test_friction_of_the_object_is_what_the_planner_takes_unless_told(tmp_path):
 
 
 async def test_a_file_is_needed(api):
-    response = await api.http.post("/v1/objects", data={"unit": "m"})
+    response = await api.http.post("/v1/objects", files={"unit": (None, "m")})
     assert response.json()["errors"][0]["field"] == "/file"
 
 

@@ -152,6 +152,17 @@ class JobStore(Store):
         return one_job(connection, _is(owner, job_id))
 
     @accepting
+    def cancel_batch(self, connection: sa.Connection, owner: str, batch_id: str) -> list[str]:
+        """End all jobs of a batch that have not ended; the ids of those."""
+        update = (
+            sa.update(jobs)
+            .where(jobs.c.owner == owner, jobs.c.batch_id == batch_id, jobs.c.state.in_(("queued", "running")))
+            .values(state="cancelled", finished_at=time.time())
+            .returning(jobs.c.id)
+        )
+        return list(connection.execute(update).scalars())
+
+    @accepting
     def delete(self, connection: sa.Connection, owner: str, job_id: str) -> bool:
         """Delete a job in whatever state, with its result; False when the owner has no such job."""
         return connection.execute(sa.delete(jobs).where(_is(owner, job_id))).rowcount == 1

@@ -55,6 +55,15 @@ class ObjectStore(Store):
         connection.execute(sa.update(objects).where(_is(owner, info.id)).values(used_at=row["used_at"]))
         return False
 
+    @accepting
+    def rename(self, connection: sa.Connection, owner: str, object_id: str, name: str) -> None:
+        """Give an object another name; jobs keep the one that it had when they were accepted."""
+        document = connection.execute(sa.select(objects.c.document).where(_is(owner, object_id))).scalar()
+        if document is not None:
+            renamed = ObjectInfo.model_validate_json(document).model_copy(update={"name": name})
+            values = {"name": name, "document": renamed.model_dump_json()}
+            connection.execute(sa.update(objects).where(_is(owner, object_id)).values(values))
+
     @reading
     def document(self, connection: sa.Connection, owner: str, object_id: str) -> str | None:
         """An object's document, JSON; None when the owner has no such object."""

@@ -5,7 +5,7 @@ from typing import Annotated
 
 from fastapi import APIRouter, Path, Response
 
-from fingersplit_client.schemas import Batch, BatchCreate
+from fingersplit_client.schemas import Batch, BatchCreate, JobState
 from fingersplit_service.dependencies import Jobs
 from fingersplit_service.endpoints.documents import ID_PATTERN
 from fingersplit_service.endpoints.job_requests import IdempotencyKey
@@ -15,6 +15,7 @@ from fingersplit_service.security.access import Planner, Reader
 __all__ = ["PATH", "router"]
 
 PATH = "/v1/batches"
+BatchId = Annotated[str, Path(description="Id of a batch.", max_length=64, pattern=ID_PATTERN)]
 router = APIRouter(tags=["batches"])
 
 
@@ -38,17 +39,26 @@ async def create_batch(
     return Batch(id=batch_id, states=dict(states), job_ids=[row.id for row in rows])
 
 
+@router.post(
+    PATH + "/{batch_id}/cancel",
+    summary="Cancel a batch",
+    responses=problem_answers(ProblemKind.NOT_FOUND, ProblemKind.INVALID_REQUEST),
+)
+async def cancel_batch(jobs: Jobs, principal: Planner, batch_id: BatchId) -> Batch:
+    """End every job of a batch that has not ended, at once."""
+    return _document(batch_id, await jobs.cancel_batch(principal.owner, batch_id))
+
+
 @router.get(
     PATH + "/{batch_id}",
     summary="Get a batch",
     responses=problem_answers(ProblemKind.NOT_FOUND, ProblemKind.INVALID_REQUEST),
 )
-async def get_batch(
-    jobs: Jobs,
-    principal: Reader,
-    batch_id: Annotated[str, Path(description="Id of a batch.", max_length=64, pattern=ID_PATTERN)],
-) -> Batch:
+async def get_batch(jobs: Jobs, principal: Reader, batch_id: BatchId) -> Batch:
     """How the jobs of a batch stand together."""
-    found = await jobs.batch(principal.owner, batch_id)
+    return _document(batch_id, await jobs.batch(principal.owner, batch_id))
+
+
+def _document(batch_id: str, found: list[tuple[str, JobState]]) -> Batch:
     states = Counter(state for _, state in found)
     return Batch(id=batch_id, states=dict(states), job_ids=[job_id for job_id, _ in found])

@@ -3,7 +3,7 @@
 from collections.abc import AsyncIterator
 from typing import Annotated, Any, get_args
 
-from fastapi import APIRouter, Header
+from fastapi import APIRouter, Header, Request
 from fastapi.responses import StreamingResponse
 
 from fingersplit_client.schemas import JobState
@@ -11,7 +11,7 @@ from fingersplit_service.dependencies import Jobs
 from fingersplit_service.endpoints.documents import JobId, summarize
 from fingersplit_service.jobs.job_service import JobEvent, JobService
 from fingersplit_service.problems import ProblemKind, problem_answers
-from fingersplit_service.security.access import Reader
+from fingersplit_service.security.access import Reader, identify
 
 __all__ = ["router"]
 
@@ -43,6 +43,7 @@ class _EventResponse(StreamingResponse):
     responses=_STREAM | problem_answers(ProblemKind.NOT_FOUND, ProblemKind.INVALID_REQUEST),
 )
 async def follow_job(
+    request: Request,
     jobs: Jobs,
     principal: Reader,
     job_id: JobId,
@@ -57,12 +58,19 @@ async def follow_job(
     """
     await jobs.get(principal.owner, job_id)
     seen = int(last_event_id) if last_event_id and last_event_id.isascii() and last_event_id.isdigit() else 0
-    return _EventResponse(_stream(jobs, principal.owner, job_id, seen))
+    return _EventResponse(_stream(request, jobs, principal.owner, job_id, seen))
 
 
-async def _stream(jobs: JobService, owner: str, job_id: str, seen: int) -> AsyncIterator[str]:
+async def _stream(request: Request, jobs: JobService, owner: str, job_id: str, seen: int) -> AsyncIterator[str]:
+    """The events; a key that was revoked meanwhile ends them at the next sign of life."""
     async for event in jobs.events(owner, job_id, seen):
-        yield ": still here\n\n" if event is None else _text(event)
+        if event is not None:
+            yield _text(event)
+            continue
+        principal = await identify(request)
+        if principal is None or principal.owner != owner:
+            return
+        yield ": still here\n\n"
 
 
 def _text(event: JobEvent) -> str:

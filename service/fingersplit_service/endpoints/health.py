@@ -20,13 +20,13 @@ class _MetricsResponse(Response):
 
 
 @router.get("/healthz", summary="Is the process up?", responses=problem_answers())
-async def healthz() -> Health:
+async def get_health() -> Health:
     """Answer as long as the event loop runs."""
     return Health()
 
 
 @router.get("/readyz", summary="Can it work?", responses=problem_answers(ProblemKind.NOT_READY))
-async def readyz(health: Operations) -> Readiness:
+async def get_readiness(health: Operations) -> Readiness:
     """Answer 200 only when jobs are accepted and start without delay; 503 while workers load and compile the planner,
     or while the database or the disk cannot take results.
     """  # noqa: D205
@@ -34,6 +34,6 @@ async def readyz(health: Operations) -> Readiness:
 
 
 @router.get("/metrics", response_class=_MetricsResponse, summary="Metrics for Prometheus", responses=problem_answers())
-async def metrics(health: Operations, _principal: Admin) -> _MetricsResponse:
+async def get_metrics(health: Operations, _principal: Admin) -> _MetricsResponse:
     """Queue depth, times of requests, jobs and stages, worker restarts, verification rates."""
     return _MetricsResponse(await health.metrics())

@@ -12,16 +12,19 @@ from fingersplit_client.schemas import CloudReport, IntakeReport, ObjectInfo, Ob
 from fingersplit_client.schemas.objects import Density, Fairing, Friction, Mass
 from fingersplit_service.dependencies import Files, Objects
 from fingersplit_service.endpoints.documents import Cursor, Limit, ObjectId, next_cursor, place
+from fingersplit_service.endpoints.forms import ExactForm
 from fingersplit_service.endpoints.uploads import PRINTABLE, staged, stem, suffix
 from fingersplit_service.jobs.worker_functions import Upload
 from fingersplit_service.problems import ProblemError, ProblemKind, problem_answers
 from fingersplit_service.security.access import Planner, Reader
 
-__all__ = ["PATH", "router"]
+__all__ = ["OBJECT_FIELDS", "PATH", "object_options", "router", "viewpoint_of"]
 
 PATH = "/v1/objects"
 router = APIRouter(tags=["objects"])
 
+OBJECT_FIELDS = ("file", "unit", "scale", "name", "density", "mass", "friction", "fairing", "viewpoint")
+"""The fields of a form that describes an object."""
 _KNOWN_ALREADY: dict[int | str, dict[str, Any]] = {
     200: {
         "model": ObjectInfo,
@@ -40,7 +43,7 @@ def _option(name: str) -> Any:
     return Form(description=ObjectOptions.model_fields[name].description)
 
 
-def _options(
+def object_options(
     density: Annotated[Density | None, _option("density")] = None,
     mass: Annotated[Mass | None, _option("mass")] = None,
     friction: Annotated[Friction | None, _option("friction")] = None,
@@ -54,7 +57,7 @@ def _options(
     return ObjectOptions(density=density, mass=mass, friction=friction, fairing=fairing)
 
 
-def _viewpoint(
+def viewpoint_of(
     viewpoint: Annotated[
         str | None,
         Form(
@@ -89,6 +92,7 @@ _PROBLEMS = problem_answers(ProblemKind.NOT_FOUND, ProblemKind.INVALID_REQUEST)
         ProblemKind.INVALID_REQUEST,
         ProblemKind.INVALID_MESH,
     ),
+    dependencies=[Depends(ExactForm(*OBJECT_FIELDS))],
 )
 async def upload_object(
     objects: Objects,
@@ -96,8 +100,8 @@ async def upload_object(
     principal: Planner,
     response: Response,
     file: Annotated[UploadFile, File(description="The file; its name's suffix says the format.")],
-    described: Annotated[ObjectOptions, Depends(_options)],
-    viewpoint: Annotated[Vector3 | None, Depends(_viewpoint)],
+    described: Annotated[ObjectOptions, Depends(object_options)],
+    viewpoint: Annotated[Vector3 | None, Depends(viewpoint_of)],
     unit: Annotated[Unit, Form(description="Length unit of the file.")] = "m",
     scale: Annotated[float, Form(description="Multiplies the file's numbers, beside the unit.", gt=0)] = 1.0,
     name: Annotated[
@@ -117,7 +121,7 @@ async def upload_object(
         )
     async with staged(storage, file) as path:
         upload = Upload(path, unit, described.model_dump(), viewpoint, scale)
-        info, fresh = await objects.add(principal.owner, name or stem(file), upload)
+        info, fresh = await objects.add(principal.owner, name, stem(file), upload)
     response.status_code = 201 if fresh else 200
     response.headers["Location"] = f"{PATH}/{info.id}"
     return info

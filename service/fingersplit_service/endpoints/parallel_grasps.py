@@ -2,7 +2,7 @@
 
 from typing import Annotated
 
-from fastapi import APIRouter, File, Form, Path, Response, UploadFile
+from fastapi import APIRouter, Depends, File, Form, Path, Response, UploadFile
 
 from fingersplit_client.schemas import (
     ImportedGraspSet,
@@ -13,6 +13,7 @@ from fingersplit_client.schemas import (
 )
 from fingersplit_service.dependencies import Files, Objects
 from fingersplit_service.endpoints.documents import ID_PATTERN, ObjectId
+from fingersplit_service.endpoints.forms import ExactForm
 from fingersplit_service.endpoints.uploads import PRINTABLE, staged, stem
 from fingersplit_service.jobs.worker_functions import GraspFile
 from fingersplit_service.problems import ProblemKind, problem_answers
@@ -35,7 +36,7 @@ SetId = Annotated[str, Path(description="Id of a set.", max_length=64, pattern=I
         ProblemKind.NOT_FOUND, ProblemKind.INVALID_REQUEST, ProblemKind.NOT_READY, ProblemKind.WORKER_FAILED
     ),
 )
-async def generate(
+async def generate_parallel_grasps(
     objects: Objects, principal: Planner, object_id: ObjectId, asked: ParallelGraspsGenerate, response: Response
 ) -> ParallelGraspSet:
     """Find two-contact grasps of an object that fit a hand's opening, and keep them as a set."""
@@ -48,7 +49,7 @@ async def generate(
     summary="Bring your own parallel grasps",
     responses=_PROBLEMS,
 )
-async def import_grasps(
+async def add_parallel_grasps(
     objects: Objects, principal: Planner, object_id: ObjectId, given: ParallelGraspsCreate, response: Response
 ) -> ParallelGraspSet:
     """Keep parallel grasps that were found elsewhere as a set."""
@@ -61,8 +62,9 @@ async def import_grasps(
     status_code=201,
     summary="Bring the parallel grasps in a file",
     responses=_PROBLEMS,
+    dependencies=[Depends(ExactForm("file", "format", "name"))],
 )
-async def import_file(
+async def import_parallel_grasps(
     objects: Objects,
     storage: Files,
     principal: Planner,
@@ -95,19 +97,21 @@ async def import_file(
 
 
 @router.get(PATH, summary="List the sets", responses=_PROBLEMS)
-async def list_sets(objects: Objects, principal: Reader, object_id: ObjectId) -> list[ParallelGraspSetInfo]:
+async def list_parallel_grasps(objects: Objects, principal: Reader, object_id: ObjectId) -> list[ParallelGraspSetInfo]:
     """The sets of an object without their grasps, newest first; the newest thousand."""
     return await objects.grasp_sets(principal.owner, object_id)
 
 
 @router.get(PATH + "/{set_id}", summary="Get a set", responses=_PROBLEMS)
-async def get_set(objects: Objects, principal: Reader, object_id: ObjectId, set_id: SetId) -> ParallelGraspSet:
+async def get_parallel_grasps(
+    objects: Objects, principal: Reader, object_id: ObjectId, set_id: SetId
+) -> ParallelGraspSet:
     """One set with its grasps."""
     return await objects.grasp_set(principal.owner, object_id, set_id)
 
 
 @router.delete(PATH + "/{set_id}", status_code=204, summary="Delete a set", responses=_PROBLEMS)
-async def delete_set(objects: Objects, principal: Planner, object_id: ObjectId, set_id: SetId) -> Response:
+async def delete_parallel_grasps(objects: Objects, principal: Planner, object_id: ObjectId, set_id: SetId) -> Response:
     """Delete a set; jobs that started from it stay as they are."""
     await objects.delete_grasp_set(principal.owner, object_id, set_id)
     return Response(status_code=204)

@@ -22,8 +22,6 @@ from fingersplit_service.storage import Storage
 
 __all__ = ["JobEvent", "JobService", "JobView"]
 
-_PAUSE = 15.0  # after which a stream of events says that it is still there [s]
-
 
 @dataclass(frozen=True)
 class JobView:
@@ -93,15 +91,17 @@ class JobService:
             InvalidField, QueueFull, IdempotencyConflict, WorkersNotReady: It is not accepted.
         """
         new = await new_job(self._objects, self._hands, owner, request)
-        with self._notifier.subscribe(new.id) as subscription:
+        if not wait_s:
             (row,), fresh = await self._accept(owner, [new], idempotency_key=idempotency_key)
-            end = await subscription.end(wait_s) if fresh and wait_s else None
+            return JobView(row) if fresh else replace(await self.get(owner, row.id), fresh=False)
+        with self._notifier.subscribe(owner, new.id) as subscription:
+            (row,), fresh = await self._accept(owner, [new], idempotency_key=idempotency_key)
+            end = await subscription.end(wait_s) if fresh else None
         if not fresh:
-            view = await self.wait(owner, row.id, wait_s)
-            return JobView(view.row, view.result, view.progress, fresh=False)
+            return replace(await self.wait(owner, row.id, wait_s), fresh=False)
         if end is not None:
             return await self._ended_view(owner, row.id, end)
-        return await self.get(owner, row.id) if wait_s else JobView(row)
+        return await self.get(owner, row.id)
 
     async def submit_batch(
         self, owner: str, requests: Sequence[JobCreate], *, idempotency_key: str | None = None
@@ -149,9 +149,12 @@ class JobService:
         Raises:
             NotFound: The owner has no such job.
         """
-        with self._notifier.subscribe(job_id) as subscription:
-            view = await self.get(owner, job_id)
-            if view.row.ended or not seconds:
+        view = await self.get(owner, job_id)
+        if view.row.ended or not seconds:
+            return view
+        with self._notifier.subscribe(owner, job_id) as subscription:
+            view = await self.get(owner, job_id)  # again: it may have ended before the subscription
+            if view.row.ended:
                 return view
             end = await subscription.end(seconds)
         return await (self.get(owner, job_id) if end is None else self._ended_view(owner, job_id, end))
@@ -161,7 +164,7 @@ class JobService:
 
         Each event carries the job as it stood then. Ends without an event when the job is not there.
         """
-        with self._notifier.subscribe(job_id) as subscription:
+        with self._notifier.subscribe(owner, job_id) as subscription:
             found = await self._jobs.get(owner, job_id)
             if found is None:
                 return
@@ -172,7 +175,7 @@ class JobService:
                     yield JobEvent(seen, past)
             if view.row.ended:
                 return
-            async for change in subscription.changes(_PAUSE):
+            async for change in subscription.changes(self._settings.keepalive_s):
                 if change is None:
                     yield None
                 elif _microseconds(change.time) > seen:
@@ -183,6 +186,15 @@ class JobService:
                             return
                         view = self._view(*found)
                     yield JobEvent(seen, _as_it_was(view, change.state, change.progress))
+
+    async def cancel_batch(self, owner: str, batch_id: str) -> list[tuple[str, JobState]]:
+        """End all jobs of a batch that have not ended, and free their workers; ids and states of all.
+
+        Raises:
+            NotFound: The owner has no such batch.
+        """
+        self._announce_cancelled(await self._jobs.cancel_batch(owner, batch_id))
+        return await self.batch(owner, batch_id)
 
     async def cancel(self, owner: str, job_id: str) -> JobView:
         """End a job that has not ended, and free its worker; one that has ended stays as it is.

@@ -2,7 +2,7 @@
 
 import asyncio
 import time
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import AsyncIterator, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -10,7 +10,11 @@ from dataclasses import dataclass, replace
 from fingersplit_client.schemas import JobState
 from fingersplit_service.database.rows import JobRow
 
-__all__ = ["Change", "Notifier", "Progress", "Subscription"]
+__all__ = ["Change", "Notifier", "Progress", "Subscription", "TooManyWaiting"]
+
+
+class TooManyWaiting(Exception):  # noqa: N818
+    """Too many requests of one owner wait for jobs."""
 
 
 @dataclass(frozen=True)
@@ -82,25 +86,39 @@ class Subscription:
 class Notifier:
     """All subscriptions of this process, and the progress of running jobs, which no table has.
 
+    Args:
+        max_waiting: Most subscriptions of one owner at once.
+
     Attributes:
         closed: Whether the service stops, so that nothing can be waited for.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, max_waiting: int = 200) -> None:
+        self._max_waiting, self._waiting = max_waiting, Counter[str]()
         self._subscriptions: defaultdict[str, set[Subscription]] = defaultdict(set)
         self._latest: dict[str, Change] = {}
         self.closed = False
 
     @contextmanager
-    def subscribe(self, job_id: str) -> Iterator[Subscription]:
-        """Follow a job; begin before reading its state, and no change is missed."""
+    def subscribe(self, owner: str, job_id: str) -> Iterator[Subscription]:
+        """Follow a job; begin before reading its state, and no change is missed.
+
+        Raises:
+            TooManyWaiting: The owner follows too many already.
+        """
+        if self._waiting[owner] >= self._max_waiting:
+            raise TooManyWaiting(f"{self._max_waiting} of your requests wait for jobs already; end some, or poll.")
         subscription = Subscription()
+        self._waiting[owner] += 1
         if self.closed:
             subscription.put(None)
         self._subscriptions[job_id].add(subscription)
         try:
             yield subscription
         finally:
+            self._waiting[owner] -= 1
+            if not self._waiting[owner]:
+                del self._waiting[owner]
             subscriptions = self._subscriptions[job_id]
             subscriptions.discard(subscription)
             if not subscriptions:

@@ -59,8 +59,16 @@ class ObjectService:
         self._objects, self._storage, self._pool = objects, storage, pool
         self._functions, self._hands, self._settings = functions, hands, settings
 
-    async def add(self, owner: str, name: str, upload: Upload) -> tuple[ObjectInfo, bool]:
+    async def add(self, owner: str, name: str, file_name: str, upload: Upload) -> tuple[ObjectInfo, bool]:
         """Check an uploaded file and keep what is in it; the object, and whether the owner had it not yet.
+
+        A name that is given counts also for an object that was there; without one it keeps the name that it has.
+
+        Args:
+            owner: Whose it is.
+            name: Name for people, empty to take the file's.
+            file_name: What the file is called.
+            upload: The file.
 
         Raises:
             InvalidField: An option does not fit the file.
@@ -68,7 +76,7 @@ class ObjectService:
         """
         for _ in range(_CLAIMS):
             found = await self._inspect(owner, upload)
-            info = ObjectInfo(name=name, unit=upload.unit, created_at=datetime.now(UTC), **found)
+            info = ObjectInfo(name=name or file_name, unit=upload.unit, created_at=datetime.now(UTC), **found)
             fresh = await self._objects.add(owner, info)
             if self._storage.shape(info.id).exists():
                 break
@@ -76,6 +84,8 @@ class ObjectService:
             raise ResourceGone(f"The file of object {info.id} was removed by clean-up; upload it again.")
         await self._objects.note_upload(owner, _upload_key(await asyncio.to_thread(_description, upload)), info.id)
         if not fresh:
+            if name:
+                await self._objects.rename(owner, info.id, name)
             return await self.get(owner, info.id), False
         deadline = self._settings.plan_deadline_s
         self._pool.run_idly(self._functions.decompose, self._storage, info.id, deadline_s=deadline)

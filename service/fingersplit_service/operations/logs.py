@@ -61,5 +61,5 @@ def configure_logs(log_format: Literal["text", "json"], level: str) -> None:
 
 
 def _one_line(text: str) -> str:
-    """What came from outside must not be able to look like another line."""
-    return text.replace("\n", "\\n").replace("\r", "\\r")
+    """What came from outside must not be able to look like another line, or to steer a terminal."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)

@@ -8,10 +8,11 @@ from textwrap import indent
 from typing import Annotated
 
 from fastapi import APIRouter, Header, Response
+from fastapi.responses import RedirectResponse
 
 from fingersplit_service.problems import ProblemError, ProblemKind, problem_answers
 
-__all__ = ["router"]
+__all__ = ["root", "router"]
 
 _POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; connect-src 'self'; frame-src 'self'; "
@@ -26,6 +27,13 @@ _MEDIA_TYPES = {
 _TITLES = {"list": "Runs", "new": "New run", "run": "Run", "compare": "Comparison", "login": "Sign in"}
 _HERE = ' aria-current="page"'
 router = APIRouter(prefix="/review", include_in_schema=False)
+root = APIRouter(include_in_schema=False)
+
+
+@root.get("/")
+async def root_page() -> Response:
+    """The pages stand below /review."""
+    return RedirectResponse("/review", status_code=307)
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from fingersplit_service.database.keys import SCOPES, KeyRow, KeyStore, Scope, m
 from fingersplit_service.problems import ProblemError, ProblemKind
 from fingersplit_service.security.sessions import SESSION_COOKIE, Sessions
 
-__all__ = ["Access", "Admin", "Planner", "Principal", "Reader"]
+__all__ = ["KEY_NEEDED", "Access", "Admin", "Planner", "Principal", "Reader", "identify"]
 
 _FRESH = 1.0  # how long a look at the keys is good for: a revoked one ends within this time [s]
 
@@ -26,6 +26,8 @@ class Principal:
     scopes: tuple[Scope, ...]
 
 
+KEY_NEEDED = "Send `Authorization: Bearer KEY` with a valid API key."
+"""What a stranger is told."""
 _LOCAL = Principal("local", "local", SCOPES)
 """Everybody, as long as the service has no keys."""
 
@@ -75,22 +77,28 @@ class Access:
         return self._known
 
 
+async def identify(request: Request) -> Principal | None:
+    """Who sends a request, by its key or its session; None for a stranger."""
+    scheme, _, key = request.headers.get("authorization", "").partition(" ")
+    access: Access = request.app.state.runtime.access
+    return await access.identify(key if scheme.lower() == "bearer" else None, request.cookies.get(SESSION_COOKIE))
+
+
 async def _principal(
     request: Request,
     scopes: SecurityScopes,
-    bearer: Annotated[
+    _bearer: Annotated[
         HTTPAuthorizationCredentials | None,
         Security(HTTPBearer(auto_error=False, scheme_name="key", description="An API key.")),
     ],
-    session: Annotated[
+    _session: Annotated[
         str | None,
         Security(APIKeyCookie(name=SESSION_COOKIE, auto_error=False, scheme_name="session", description="For pages.")),
     ],
 ) -> Principal:
-    access: Access = request.app.state.runtime.access
-    principal = await access.identify(bearer.credentials if bearer else None, session)
+    principal = await identify(request)
     if principal is None:
-        raise ProblemError(ProblemKind.UNAUTHENTICATED, "Send `Authorization: Bearer KEY` with a valid API key.")
+        raise ProblemError(ProblemKind.UNAUTHENTICATED, KEY_NEEDED)
     missing = [scope for scope in scopes.scopes if scope not in principal.scopes]
     if missing:
         detail = f"This needs a key with the scope {missing[0]!r}; yours has {', '.join(principal.scopes) or 'none'}."

@@ -3,6 +3,7 @@
 import asyncio
 from collections.abc import Callable
 
+from starlette.datastructures import MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from fingersplit_service.problems import ProblemError, ProblemKind
@@ -11,7 +12,9 @@ __all__ = ["BodyLimit"]
 
 
 class BodyLimit:
-    """Middleware that ends a request whose body grows past its limit with 413, and one that dawdles with 408.
+    """Middleware that ends a request whose body is too large with 413, and one whose body is too slow with 408.
+
+    A connection with an unread rest of a body is closed after the answer: the rest is not read to its end.
 
     Args:
         app: The application.
@@ -28,7 +31,9 @@ class BodyLimit:
             await self._app(scope, receive, send)
             return
         limit, received, complete = self._limit_of(scope["method"], scope["path"]), 0, False
-        announced = dict(scope["headers"]).get(b"content-length", b"")
+        headers = dict(scope["headers"])
+        announced = headers.get(b"content-length", b"")
+        has_body = announced not in (b"", b"0") or b"transfer-encoding" in headers
         too_large = announced.isdigit() and int(announced[:20]) > limit
         deadline = asyncio.get_running_loop().time() + self._timeout_s
 
@@ -52,4 +57,9 @@ class BodyLimit:
                 )
             return message
 
-        await self._app(scope, counted_receive, send)
+        async def send_closing(message: Message) -> None:
+            if message["type"] == "http.response.start" and not complete and has_body:
+                MutableHeaders(scope=message)["Connection"] = "close"
+            await send(message)
+
+        await self._app(scope, counted_receive, send_closing)

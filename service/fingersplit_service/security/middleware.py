@@ -8,6 +8,7 @@ from uuid import uuid4
 
 from fastapi.datastructures import Headers
 from starlette.datastructures import MutableHeaders
+from starlette.requests import Request
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from fingersplit_client.schemas import Problem
@@ -16,9 +17,10 @@ from fingersplit_service.operations.logs import log_context
 from fingersplit_service.operations.metrics import Metrics
 from fingersplit_service.operations.tracing import span
 from fingersplit_service.problems import ProblemKind, problem_response
+from fingersplit_service.security.access import KEY_NEEDED, identify
 from fingersplit_service.settings import ServiceSettings, is_address, is_loopback
 
-__all__ = ["AccessLog", "CrossSiteGuard", "RequestId", "SecurityHeaders"]
+__all__ = ["AccessLog", "Authentication", "CrossSiteGuard", "RequestId", "RequestLimits", "SecurityHeaders"]
 
 _log = logging.getLogger(__name__)
 _REQUEST_ID = re.compile(r"[A-Za-z0-9_.-]{1,64}")
@@ -97,8 +99,9 @@ class AccessLog:
             self._metrics.requests.labels(scope["method"], route, status).inc()
             self._metrics.answered.labels(route).observe(seconds)
             level = logging.DEBUG if route in _PROBES else logging.INFO
-            owner = scope.get("state", {}).get("owner", "-")
-            _log.log(level, "%s %s %d %.1f ms %s", scope["method"], scope["path"], status, 1e3 * seconds, owner)
+            owner = scope.get("state", {}).get("owner", "-")  # which is the id of a key
+            line = "%s %s %d %.1f ms key=%s"
+            _log.log(level, line, scope["method"], scope["path"], status, 1e3 * seconds, owner)
 
 
 class SecurityHeaders:
@@ -135,6 +138,71 @@ class SecurityHeaders:
             headers.setdefault("Cache-Control", "no-store")
 
 
+class RequestLimits:
+    """Refuses requests beyond the most that may be under way, probes excepted, and too large headers.
+
+    Args:
+        app: The application.
+        max_requests: Most requests under way at once.
+        max_header_bytes: Largest headers of one request.
+    """
+
+    def __init__(self, app: ASGIApp, max_requests: int, max_header_bytes: int) -> None:
+        self._app, self._max_requests, self._max_header_bytes = app, max_requests, max_header_bytes
+        self._under_way = 0
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Handle one request."""
+        if scope["type"] != "http" or scope["path"] in _PROBES:
+            await self._app(scope, receive, send)
+            return
+        size = sum(len(name) + len(value) for name, value in scope["headers"]) + len(scope["raw_path"] or b"")
+        if size + len(scope["query_string"]) > self._max_header_bytes:
+            detail = f"The headers of a request may have at most {self._max_header_bytes} bytes."
+            problem = ProblemKind.HEADERS_TOO_LARGE.document(detail)
+            await problem_response(problem, {"Connection": "close"})(scope, receive, send)
+        elif self._under_way >= self._max_requests:
+            problem = ProblemKind.OVERLOADED.document(f"{self._under_way} requests are under way; try again.")
+            await problem_response(problem, {"Connection": "close"})(scope, receive, send)
+        else:
+            self._under_way += 1
+            try:
+                await self._app(scope, receive, send)
+            finally:
+                self._under_way -= 1
+
+
+class Authentication:
+    """Finds out who asks before anything of a request's body is read; a stranger's upload is not taken in.
+
+    Args:
+        app: The application.
+    """
+
+    def __init__(self, app: ASGIApp) -> None:
+        self._app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Handle one request."""
+        if scope["type"] != "http" or not scope["path"].startswith("/v1/"):
+            await self._app(scope, receive, send)
+            return
+        request = Request(scope)
+        try:
+            principal = await identify(request)
+        except StorageUnavailable:
+            problem = ProblemKind.STORAGE.document("The API keys cannot be read now; try again.")
+            await problem_response(problem, {"Connection": "close"})(scope, receive, send)
+            return
+        if principal is None:
+            problem = ProblemKind.UNAUTHENTICATED.document(KEY_NEEDED)
+            headers = {"WWW-Authenticate": "Bearer"}
+            await problem_response(problem, headers)(scope, receive, send)
+            return
+        scope.setdefault("state", {})["owner"] = principal.owner
+        await self._app(scope, receive, send)
+
+
 class CrossSiteGuard:
     """Refuses what a page of another site makes a browser send, whoever's browser it is.
 
@@ -155,11 +223,15 @@ class CrossSiteGuard:
             await problem_response(refusal)(scope, receive, send)
 
     async def _refusal(self, scope: Scope) -> Problem | None:
+        if scope["path"] == "/healthz":
+            return None  # says nothing but that the process is up
         headers = Headers(scope=scope)
         hosts, origin = headers.getlist("host"), headers.get("origin")
         if len(hosts) > 1:
             return ProblemKind.BAD_REQUEST.document("The request has more than one Host header.")
         host = hosts[0] if hosts else ""
+        if origin is not None and origin in self._settings.cors_origins:
+            return None  # with a key, or with the answer that one is needed
         if scope["method"] not in _SAFE_METHODS and origin is not None and urlsplit(origin).netloc != host:
             return ProblemKind.FORBIDDEN.document(f"A page of {origin!r} may not change anything here.")
         try:
