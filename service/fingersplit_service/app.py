@@ -49,7 +49,7 @@ __all__ = ["create_app"]
 
 _RESOURCES = (
     *(plan, object_lookup, objects, parallel_grasps, jobs, grasps, views, exports),
-    *(events, batches, hands, sessions, health),
+    *(events, batches, hands, catalogs, sessions, health),
 )
 _UPLOADS = re.compile(f"{objects.PATH}(/[^/]+/parallel-grasps/import)?")
 _MULTIPART_OVERHEAD = 64 * 1024  # boundaries, part headers, and the other fields [bytes]
@@ -85,21 +85,7 @@ def create_app(settings: ServiceSettings | None = None, functions: WorkerFunctio
         redoc_url=None,
         generate_unique_id_function=_operation_id,
     )
-    for resource in (
-        plan,
-        objects,
-        parallel_grasps,
-        jobs,
-        grasps,
-        views,
-        exports,
-        events,
-        batches,
-        hands,
-        catalogs,
-        sessions,
-        health,
-    ):
+    for resource in _RESOURCES:
         app.include_router(resource.router)
     for router in (pages.root, pages.router, viewer.router):
         app.include_router(router)
