@@ -6,11 +6,13 @@ from contextlib import AsyncExitStack, asynccontextmanager, suppress
 from dataclasses import dataclass
 
 from fingersplit_service.database.connection import Database, database_url
+from fingersplit_service.database.follow_ups import FollowUpStore
 from fingersplit_service.database.jobs import JobStore
 from fingersplit_service.database.keys import KeyStore
 from fingersplit_service.database.objects import ObjectStore
 from fingersplit_service.database.queue import JobQueue
 from fingersplit_service.jobs.dispatcher import Dispatcher
+from fingersplit_service.jobs.follow_ups import FollowUps
 from fingersplit_service.jobs.hand_catalog import HandCatalog
 from fingersplit_service.jobs.job_service import JobService
 from fingersplit_service.jobs.notifier import Notifier
@@ -77,11 +79,14 @@ async def running(settings: ServiceSettings, functions: WorkerFunctions, metrics
         )
         stack.push_async_callback(pool.stop)
         notifier, object_store, job_store = Notifier(settings.max_waiting), ObjectStore(database), JobStore(database)
-        dispatcher = Dispatcher(JobQueue(database), storage, pool, notifier, metrics, settings, functions)
+        follow_ups = FollowUps(FollowUpStore(database), storage, pool, notifier, functions, settings)
+        dispatcher = Dispatcher(JobQueue(database), storage, pool, notifier, metrics, settings, functions, follow_ups)
         stack.push_async_callback(dispatcher.stop)
         stack.push_async_callback(pool.stop_refilling)
         pool.start()
         await dispatcher.start()
+        follow_ups.start()
+        stack.push_async_callback(follow_ups.stop)
         stack.callback(notifier.close)
         sweeping = asyncio.create_task(Retention(job_store, object_store, storage, settings).run())
         stack.push_async_callback(_end, sweeping)

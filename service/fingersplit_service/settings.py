@@ -83,6 +83,9 @@ class ServiceSettings(BaseSettings):
     worker_recycle_bytes: PositiveInt = Field(
         default=1024 * _MIB, description="Memory in use beyond which a free worker is replaced [bytes]."
     )
+    verify_first: bool = Field(
+        default=True, description="Verify and record the first grasp of every run behind its answer."
+    )
     plan_deadline_s: PositiveFloat = Field(default=300.0, description="Longest time for one job [s].")
     inspection_deadline_s: PositiveFloat = Field(
         default=60.0, description="Longest time to check and prepare one uploaded file [s]."

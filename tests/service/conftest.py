@@ -117,7 +117,7 @@ def anyio_backend() -> str:
 
 @asynccontextmanager
 async def started(data_dir: Path, **settings: object) -> AsyncIterator[Api]:
-    usual = {"workers": 1, "spare_workers": 0, "stop_grace_s": 0, "inspection_deadline_s": 600}
+    usual = {"workers": 1, "spare_workers": 0, "stop_grace_s": 0, "inspection_deadline_s": 600, "verify_first": False}
     chosen = ServiceSettings(data_dir=data_dir, **usual | settings)
     app = create_app(chosen, fake_workers.FUNCTIONS)
     transport = httpx2.ASGITransport(app, raise_app_exceptions=False)

@@ -5,7 +5,7 @@ import math
 
 import pytest
 
-from fingersplit_service.jobs.planning import strict_json
+from fingersplit_service.jobs.outcome import strict_json
 
 
 @pytest.mark.parametrize("name", ["mug", "Infinity of NaN", 'with "quotes"', "\u00f6l"])

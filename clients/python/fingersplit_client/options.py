@@ -59,6 +59,7 @@ class JobKeywords(TypedDict, total=False):
     simulated_friction: float | None
     verify_initial: bool
     recording: bool
+    verify_first: bool
     priority: int
     deadline_s: float | None
 

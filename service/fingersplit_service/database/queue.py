@@ -94,14 +94,20 @@ class JobQueue(Store):
         return best[owner][1]
 
     @transaction
-    def succeed(self, connection: sa.Connection, job: JobRow, result: JobResultRow) -> JobRow | None:
-        """Keep a running job's result; the job as it has ended, None when it is not running this attempt any more."""
+    def succeed(
+        self, connection: sa.Connection, job: JobRow, result: JobResultRow, *, verify: bool = False
+    ) -> JobRow | None:
+        """Keep a running job's result; the job as it has ended, None when it is not running this attempt any more.
+
+        With ``verify`` its first grasp is to be verified behind the answer, which is noted in the same transaction.
+        """
         changes = {
             "grasps": result.grasps,
             "feasible": result.feasible,
             "verified": result.verified,
             "holding_margin": result.holding_margin,
             "warnings": json.dumps(result.warnings),
+            "verification": "pending" if verify else None,
             "finished_at": time.time(),
         }
         which = {"job_id": job.id, "attempt": job.attempts}

@@ -7,7 +7,7 @@ from typing import Any
 
 import sqlalchemy as sa
 
-from fingersplit_client.schemas import JobError, JobState
+from fingersplit_client.schemas import JobError, JobState, VerificationState
 from fingersplit_service.database.tables import jobs
 
 __all__ = ["LISTED_COLUMNS", "JobRow", "NewJob", "job_row", "one_job"]
@@ -35,6 +35,7 @@ class JobRow:
     feasible: int | None
     verified: int | None
     holding_margin: float | None
+    verification: VerificationState | None
     error: JobError | None
     warnings: list[str]
     request: str = ""

@@ -68,6 +68,8 @@ jobs = sa.Table(
     sa.Column("error_code", sa.String(32)),
     sa.Column("error_detail", sa.Text),
     sa.Column("warnings", sa.Text, nullable=False, comment="list of sentences"),
+    sa.Column("verification", sa.String(16), comment="of the first grasp behind the answer: pending, done, failed"),
+    sa.Column("verification_attempts", sa.Integer, nullable=False, server_default="0"),
     sa.Column("idempotency_key", sa.String(255)),
     sa.Column("request_hash", sa.String(64), nullable=False),
     sa.Column("request", sa.Text, nullable=False, comment="JobCreate"),
@@ -77,6 +79,7 @@ jobs = sa.Table(
     sa.Index("ix_jobs_queue", "state", "priority", "owner", "number"),
     sa.Index("ix_jobs_batch", "batch_id", "number"),
     sa.Index("ix_jobs_finished", "finished_at"),
+    sa.Index("ix_jobs_verification", "verification", "owner", "number"),
     sa.Index("ix_jobs_idempotency", "owner", "idempotency_key", unique=True),
 )
 

@@ -62,6 +62,7 @@ def summarize(job: JobView) -> JobSummary:
         feasible=row.feasible,
         verified=row.verified,
         holding_margin=row.holding_margin,
+        verification=row.verification,
         created_at=_time(row.created_at),
         started_at=_time(row.started_at),
         finished_at=_time(row.finished_at),

@@ -3,7 +3,7 @@
 from collections.abc import AsyncIterator
 from typing import Annotated, Any, get_args
 
-from fastapi import APIRouter, Header, Request
+from fastapi import APIRouter, Header, Query, Request
 from fastapi.responses import StreamingResponse
 
 from fingersplit_client.schemas import JobState
@@ -50,6 +50,9 @@ async def follow_job(
     last_event_id: Annotated[
         str | None, Header(description="Id of the last event that was seen; later ones are sent.", max_length=40)
     ] = None,
+    verification: Annotated[
+        bool, Query(description="Go on after the job's end until its first grasp is verified, where that is pending.")
+    ] = False,
 ) -> _EventResponse:
     """Changes of state and progress until the job has ended.
 
@@ -58,12 +61,14 @@ async def follow_job(
     """
     await jobs.get(principal.owner, job_id)
     seen = int(last_event_id) if last_event_id and last_event_id.isascii() and last_event_id.isdigit() else 0
-    return _EventResponse(_stream(request, jobs, principal.owner, job_id, seen))
+    return _EventResponse(_stream(request, jobs, principal.owner, job_id, seen, verification))
 
 
-async def _stream(request: Request, jobs: JobService, owner: str, job_id: str, seen: int) -> AsyncIterator[str]:
+async def _stream(
+    request: Request, jobs: JobService, owner: str, job_id: str, seen: int, verification: bool
+) -> AsyncIterator[str]:
     """The events; a key that was revoked meanwhile ends them at the next sign of life."""
-    async for event in jobs.events(owner, job_id, seen):
+    async for event in jobs.events(owner, job_id, seen, verification=verification):
         if event is not None:
             yield _text(event)
             continue

@@ -14,6 +14,7 @@ from fingersplit_client.schemas import JobCreate, JobError
 from fingersplit_service.database.connection import StorageUnavailable
 from fingersplit_service.database.queue import JobQueue
 from fingersplit_service.database.rows import JobRow
+from fingersplit_service.jobs.follow_ups import FollowUps
 from fingersplit_service.jobs.notifier import Notifier, Progress
 from fingersplit_service.jobs.outcome import JobOutcome
 from fingersplit_service.jobs.planning import PlanTask
@@ -47,6 +48,7 @@ class Dispatcher:
         metrics: What is counted.
         settings: Number of workers and times.
         functions: What workers run for a job.
+        follow_ups: Who verifies the first grasp of a run behind its answer.
     """
 
     def __init__(
@@ -58,9 +60,11 @@ class Dispatcher:
         metrics: Metrics,
         settings: ServiceSettings,
         functions: WorkerFunctions,
+        follow_ups: FollowUps,
     ) -> None:
         self._queue, self._storage, self._pool, self._notifier = queue, storage, pool, notifier
         self._metrics, self._settings, self._functions = metrics, settings, functions
+        self._follow_ups = follow_ups
         self._runners = list[asyncio.Task[NoReturn]]()
         self._running: dict[str, WorkerLease | None] = {}  # None once the worker is free again
         self._unseen, self._idle = asyncio.Semaphore(0), asyncio.Event()
@@ -175,21 +179,25 @@ class Dispatcher:
 
     async def _write_result(self, job: JobRow, outcome: JobOutcome) -> None:
         """Keep a result and tell of it, unless the job was ended or deleted meanwhile."""
+        request = JobCreate.model_validate_json(job.request)
+        verify = self._settings.verify_first and request.verify_first and outcome.best_rank is not None
 
         async def keep(late: bool) -> JobRow | None:
             warnings = (*outcome.row.warnings, *([_KEPT_LATE] if late else []))
-            return await self._queue.succeed(job, replace(outcome.row, warnings=warnings))
+            row = replace(outcome.row, warnings=warnings)
+            return await self._queue.succeed(job, row, verify=verify)
 
         kept = await _retry(keep)
         if kept is None:
             return
         self._ended(job, "succeeded", (kept, outcome.row.result))
         self._metrics.observe_result(outcome)
-        self._render_thumbnail(job, outcome)
+        self._render_thumbnail(job, request, outcome)
+        if verify:
+            self._follow_ups.wake()
 
-    def _render_thumbnail(self, job: JobRow, outcome: JobOutcome) -> None:
+    def _render_thumbnail(self, job: JobRow, request: JobCreate, outcome: JobOutcome) -> None:
         """Have the small picture for lists made once nobody waits for a worker any more."""
-        request = JobCreate.model_validate_json(job.request)
         if outcome.best_rank is None or not request.recording:
             return
         task = RenderTask("thumbnail.webp", job.id, outcome.best_rank, job.object_name, request, outcome.row.result)

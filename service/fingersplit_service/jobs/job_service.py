@@ -159,8 +159,12 @@ class JobService:
             end = await subscription.end(seconds)
         return await (self.get(owner, job_id) if end is None else self._ended_view(owner, job_id, end))
 
-    async def events(self, owner: str, job_id: str, seen: int) -> AsyncIterator[JobEvent | None]:
+    async def events(
+        self, owner: str, job_id: str, seen: int, *, verification: bool = False
+    ) -> AsyncIterator[JobEvent | None]:
         """What happened to a job after the event ``seen``, until it has ended; None as a sign of life.
+
+        With ``verification`` until also its first grasp is verified, where that is pending.
 
         Each event carries the job as it stood then. Ends without an event when the job is not there.
         """
@@ -173,7 +177,7 @@ class JobService:
                 if _microseconds(moment) > seen:
                     seen = _microseconds(moment)
                     yield JobEvent(seen, past)
-            if view.row.ended:
+            if self._told_all(view, verification):
                 return
             async for change in subscription.changes(self._settings.keepalive_s):
                 if change is None:
@@ -186,6 +190,8 @@ class JobService:
                             return
                         view = self._view(*found)
                     yield JobEvent(seen, _as_it_was(view, change.state, change.progress))
+                    if self._told_all(view, verification):
+                        return
 
     async def cancel_batch(self, owner: str, batch_id: str) -> list[tuple[str, JobState]]:
         """End all jobs of a batch that have not ended, and free their workers; ids and states of all.
@@ -246,6 +252,10 @@ class JobService:
 
     async def _ended_view(self, owner: str, job_id: str, end: Change) -> JobView:
         return JobView(*end.outcome) if end.outcome else await self.get(owner, job_id)
+
+    @staticmethod
+    def _told_all(view: JobView, verification: bool) -> bool:
+        return view.row.ended and not (verification and view.row.verification == "pending")
 
     def _view(self, row: JobRow, result: str | None = None) -> JobView:
         progress = None

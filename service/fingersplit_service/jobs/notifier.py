@@ -34,12 +34,14 @@ class Change:
         time: When, in seconds since 1970, UTC; a job's changes are in the order of their times.
         progress: How far it is, where that is the news.
         outcome: The job and its result document, where the publisher has them; else they stand in the table.
+        followed_up: Whether the news is that the first grasp of an ended job was verified.
     """
 
     state: JobState
     time: float
     progress: Progress | None = None
     outcome: tuple[JobRow, str] | None = None
+    followed_up: bool = False
 
     @property
     def ended(self) -> bool:
@@ -58,7 +60,7 @@ class Subscription:
         self._changes.put_nowait(change)
 
     async def changes(self, pause: float) -> AsyncIterator[Change | None]:
-        """Every change until the last one; None whenever ``pause`` seconds went by without one."""
+        """Every change until the service stops; None whenever ``pause`` seconds went by without one."""
         while True:
             try:
                 change = await asyncio.wait_for(self._changes.get(), pause)
@@ -68,8 +70,6 @@ class Subscription:
             if change is None:
                 return
             yield change
-            if change.ended:
-                return
 
     async def end(self, seconds: float) -> Change | None:
         """The change that ends the job; None when ``seconds`` are over before or the service stops."""
@@ -130,9 +130,11 @@ class Notifier:
         state: JobState,
         progress: Progress | None = None,
         outcome: tuple[JobRow, str] | None = None,
+        *,
+        followed_up: bool = False,
     ) -> None:
         """Tell subscribers what happened to a job; arguments as in `Change`."""
-        change = Change(state, time.time(), progress, outcome)
+        change = Change(state, time.time(), progress, outcome, followed_up)
         before = self._latest.get(job_id)
         if before is not None and change.time <= before.time:  # clocks are coarse, and are set back
             change = replace(change, time=before.time + 1e-6)

@@ -1,8 +1,12 @@
 """What a job ended with; apart from everything else, so that a worker does not load the database for it."""
 
+import json
 from dataclasses import dataclass, field
+from typing import Any
 
-__all__ = ["JobOutcome", "JobResultRow"]
+from pydantic_core import to_json
+
+__all__ = ["JobOutcome", "JobResultRow", "strict_json"]
 
 
 @dataclass(frozen=True)
@@ -41,3 +45,11 @@ class JobOutcome:
     stage_ms: dict[str, float] = field(default_factory=dict)
     simulated: tuple[bool, ...] = ()
     best_rank: int | None = None
+
+
+def strict_json(document: dict[str, Any]) -> str:
+    """A document as compact JSON; a number that JSON does not have raises ``ValueError``."""
+    text = to_json(document)  # six times as fast as the standard library, but not strict
+    if b"NaN" in text or b"Infinity" in text:
+        return json.dumps(document, allow_nan=False, separators=(",", ":"))
+    return text.decode()

@@ -16,6 +16,7 @@ from fingersplit_service.jobs.outcome import JobOutcome
 from fingersplit_service.jobs.planning import PlanTask, plan_job
 from fingersplit_service.jobs.rendering import ExportedFile, RenderTask, convert_result, render_view
 from fingersplit_service.jobs.stored_objects import convex_pieces, keep_object, prepared_object
+from fingersplit_service.jobs.verifying import VerifiedResult, VerifyTask, verify_first
 from fingersplit_service.storage import Storage
 
 __all__ = [
@@ -216,6 +217,7 @@ class WorkerFunctions:
     generate: Callable[[Storage, str, ParallelGraspsGenerate], list[dict[str, Any]]] = generate_parallel_grasps
     import_grasps: Callable[[Storage, str, str, GraspFile], tuple[list[dict[str, Any]], str]] = import_grasps
     plan: Callable[[Storage, PlanTask], JobOutcome] = plan_job
+    verify: Callable[[Storage, VerifyTask], VerifiedResult] = verify_first
     render: Callable[[Storage, RenderTask], None] = render_view
     export: Callable[[Storage, str, str], None] = export_mesh
     convert: Callable[[str, str, int | None], ExportedFile] = convert_result

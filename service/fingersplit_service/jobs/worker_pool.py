@@ -6,6 +6,7 @@ import time
 from collections import OrderedDict, deque
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
+from dataclasses import dataclass
 from typing import Any, TypeVar
 
 from fingersplit_service.jobs.slot import DeadlineExceeded, ReportHandler, WorkerDied, WorkerSlot
@@ -23,6 +24,7 @@ _REMEMBERED_OBJECTS = 8  # that a worker is taken to have ready
 _NICE_IDLE_WORK = 19  # work in advance takes what nothing else wants
 _NICE_STARTING = 10  # a worker that starts while others work gets at least a tenth of a core
 _MAX_IDLE_WORK = 200  # that waits; older work is forgotten
+_QUIET = 1.0  # without a request or a job, after which work behind answers may take workers that are not spare [s]
 _WATCH_INTERVAL = 1.0  # between looks for stopped processes [s]
 
 
@@ -47,6 +49,16 @@ class WorkerLease:
         if self.worker.processes == self._process and self.worker.usable:
             self._pool.put_back(self.worker)
         self._pool.serve_next()
+
+
+@dataclass(frozen=True)
+class _IdleWork:
+    """A call that nobody waits for; ``answer`` is whom it is for, None where it may as well not be done."""
+
+    function: Callable[..., Any]
+    arguments: tuple[Any, ...]
+    deadline_s: float
+    answer: "asyncio.Future[Any] | None" = None
 
 
 class WorkerPool:
@@ -91,7 +103,9 @@ class WorkerPool:
         self._warm_slots: set[WorkerSlot] = set()
         self._was_warm = asyncio.Event()  # once as many were warm as work at once
         self._supervisors: list[asyncio.Task[None]] = []
-        self._idle_work = deque[tuple[Callable[..., Any], tuple[Any, ...], float]](maxlen=_MAX_IDLE_WORK)
+        self._idle_work = deque[_IdleWork](maxlen=_MAX_IDLE_WORK)
+        self._work_behind = deque[_IdleWork]()
+        self._last_use = 0.0  # when a worker was last in use for a request or a job
         self._idle_tasks: set[asyncio.Task[None]] = set()
 
     @property
@@ -151,7 +165,9 @@ class WorkerPool:
             yield lease
         finally:
             self._active -= 1
+            self._last_use = asyncio.get_running_loop().time()
             lease.end()
+            self._look_again_when_quiet()
 
     async def answer(
         self,
@@ -176,8 +192,20 @@ class WorkerPool:
         many others are free as may begin to work. Without spare workers it waits for ever. The newest comes first: it
         is the likeliest to be wanted soon.
         """
-        self._idle_work.append((function, arguments, deadline_s))
+        self._idle_work.append(_IdleWork(function, arguments, deadline_s))
         self.serve_next()
+
+    async def run_behind(self, function: Callable[..., Returned], *arguments: Any, deadline_s: float) -> Returned:
+        """Have something done at the lowest priority that must be done some time; errors as `WorkerSlot.run`.
+
+        Spare workers do it, in the order of the calls; when nothing else was asked for during a second, others do it,
+        too, all but one.
+        """
+        answer: asyncio.Future[Returned] = asyncio.get_running_loop().create_future()
+        self._work_behind.append(_IdleWork(function, arguments, deadline_s, answer))
+        self.serve_next()
+        self._look_again_when_quiet()
+        return await answer
 
     def exchange(self, slot: WorkerSlot, object_id: str) -> WorkerSlot:
         """A worker that has worked on an object: the given one, else a free one, else the given one all the same."""
@@ -209,20 +237,47 @@ class WorkerPool:
                 break
             self._active += 1
             waiting.set_result(self._free.pop())
-        while self._idle_work and len(self._free) > self._workers - self._active:
+        while (work := self._next_idle_work()) is not None:
             # The one that has been free longest: the others may have a job's object ready.
             lease = WorkerLease(self, self._free.pop(0))
-            task = asyncio.create_task(self._run_idle_work(lease, *self._idle_work.pop()))
+            task = asyncio.create_task(self._run_idle_work(lease, work))
             self._idle_tasks.add(task)
             task.add_done_callback(self._idle_tasks.discard)
 
-    async def _run_idle_work(
-        self, lease: WorkerLease, function: Callable[..., Any], arguments: tuple[Any, ...], deadline_s: float
-    ) -> None:
+    def _next_idle_work(self) -> _IdleWork | None:
+        """Work that nobody waits for, if there is a worker to spare for it."""
+        while self._work_behind and self._work_behind[0].answer and self._work_behind[0].answer.done():
+            self._work_behind.popleft()  # who wanted it has gone
+        if not self._free:
+            return None
+        spare = len(self._free) > self._workers - self._active
+        if spare and self._idle_work:
+            return self._idle_work.pop()
+        quiet = self._active == 0 and asyncio.get_running_loop().time() - self._last_use >= _QUIET
+        room = len(self._idle_tasks) < max(1, len(self._slots) - 1)
+        return self._work_behind.popleft() if self._work_behind and (spare or (quiet and room)) else None
+
+    def _look_again_when_quiet(self) -> None:
+        if self._work_behind:
+            asyncio.get_running_loop().call_later(_QUIET + 0.01, self.serve_next)
+
+    async def _run_idle_work(self, lease: WorkerLease, work: _IdleWork) -> None:
+        arguments, answer = (_NICE_IDLE_WORK, work.function, *work.arguments), work.answer
         try:
-            await lease.worker.run(run_niced, _NICE_IDLE_WORK, function, *arguments, deadline_s=deadline_s)
-        except Exception as error:
-            _log.warning("%s was given up: %r", function.__name__, error)
+            result = await lease.worker.run(run_niced, *arguments, deadline_s=work.deadline_s)
+        except BaseException as error:
+            if answer is None:
+                _log.warning("%s was given up: %r", work.function.__name__, error)
+            elif not answer.done():
+                if isinstance(error, asyncio.CancelledError):
+                    answer.cancel()
+                else:
+                    answer.set_exception(error)
+            if isinstance(error, asyncio.CancelledError):
+                raise
+        else:
+            if answer is not None and not answer.done():
+                answer.set_result(result)
         finally:
             lease.end()
 

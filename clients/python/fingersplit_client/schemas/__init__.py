@@ -20,6 +20,7 @@ from fingersplit_client.schemas.jobs import (
     JobSummary,
     JobVerification,
     ProtocolName,
+    VerificationState,
 )
 from fingersplit_client.schemas.objects import CloudReport, IntakeReport, ObjectOptions, ObjectSource
 from fingersplit_client.schemas.plan import (
@@ -130,5 +131,6 @@ __all__ = [
     "VerificationGrip",
     "VerificationPhase",
     "VerificationReason",
+    "VerificationState",
     "VerificationSummary",
 ]

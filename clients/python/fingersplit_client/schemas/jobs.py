@@ -23,6 +23,7 @@ __all__ = [
     "JobSummary",
     "JobVerification",
     "ProtocolName",
+    "VerificationState",
 ]
 
 JobState = Literal["queued", "running", "succeeded", "failed", "cancelled"]
@@ -34,6 +35,10 @@ ProtocolName = Literal["gravity_six", "lift", "lift_full", "pick", "shake", "six
 
 ControllerName = Literal["squeeze", "virtual_frame"]
 """How the hand can be controlled in simulation."""
+
+
+VerificationState = Literal["pending", "done", "failed"]
+"""Where the verification of a run's first grasp stands, which is done behind the answer."""
 
 
 class JobCreate(Document):
@@ -104,6 +109,10 @@ class JobCreate(Document):
         default=False, description="Simulate also the start of each verified grasp, for comparison."
     )
     recording: bool = Field(default=True, description="Keep what pictures and recordings of the grasps need.")
+    verify_first: bool = Field(
+        default=True,
+        description="Verify and record the first grasp behind the answer, unless the service's setting is against it.",
+    )
     priority: int = Field(default=0, ge=-10, le=10, description="Jobs of higher priority run first.")
     deadline_s: float | None = Field(
         default=None,
@@ -140,6 +149,10 @@ class JobSummary(Document):
     verified: int | None = Field(description="Number of grasps that held in simulation; null until it has succeeded.")
     holding_margin: float | None = Field(
         description="Holding margin of the grasp of rank 1 [N]; null where there is none."
+    )
+    verification: VerificationState | None = Field(
+        default=None,
+        description="Where the verification of the first grasp behind the answer stands; null where there is none.",
     )
     created_at: datetime = Field(description="When the job was accepted, UTC.")
     started_at: datetime | None = Field(description="When a worker last took it up, UTC.")

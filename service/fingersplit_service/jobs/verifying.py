@@ -1,0 +1,74 @@
+"""What a worker does behind an answer: it verifies and records the grasp that stands for a run."""
+
+import json
+from dataclasses import dataclass, replace
+
+from fingersplit_client.schemas import JobCreate
+from fingersplit_service.jobs.outcome import strict_json
+from fingersplit_service.jobs.rendering import RenderTask, best_rank, render_view
+from fingersplit_service.jobs.stored_objects import convex_pieces, prepared_object
+from fingersplit_service.storage import Storage
+
+__all__ = ["VerifiedResult", "VerifyTask", "verify_first"]
+
+
+@dataclass(frozen=True)
+class VerifyTask:
+    """A run for a worker to verify and record, as it is stored.
+
+    Attributes:
+        job_id: The job.
+        object_name: Name of the object for people.
+        request: What the job asked for.
+        result: Its result document, JSON.
+    """
+
+    job_id: str
+    object_name: str
+    request: JobCreate
+    result: str
+
+
+@dataclass(frozen=True)
+class VerifiedResult:
+    """A result with its verification: the document, JSON, and how many of its grasps held in simulation."""
+
+    result: str
+    verified: int
+
+
+def verify_first(storage: Storage, task: VerifyTask) -> VerifiedResult:
+    """Simulate the first grasp of a stored result unless that was done, and record the grasp that stands for the run.
+
+    Raises:
+        ResultError: The result is of another version, or the grasp could not be reproduced.
+        FileNotFoundError: The job or its object was deleted meanwhile.
+    """
+    from fingersplit.hands.hand import load_hand
+    from fingersplit.result import PlanResult
+    from fingersplit.verification import verify_ranked
+
+    request, result = task.request, PlanResult.from_dict(json.loads(task.result))
+    if result.grasps[0].verification is None:
+        model = prepared_object(storage, request.object_id, task.object_name)
+        first = verify_ranked(
+            replace(result, grasps=result.grasps[:1]),
+            model,
+            result.active_grip(load_hand(result.hand)),
+            convex_pieces(storage, request.object_id),
+            verified=1,
+            protocol=request.protocol,
+            controller=request.controller,
+            friction=request.simulated_friction,
+            initial=request.verify_initial,
+        )
+        result = replace(first, grasps=(*first.grasps, *result.grasps[1:]))
+    document = result.to_dict()
+    text, grasps = strict_json(document), document["grasps"]
+    rank = best_rank(grasps)
+    if request.recording and rank is not None:
+        for name in ("recording.rrd", "thumbnail.webp"):
+            if not storage.view(task.job_id, rank, name).exists() or name == "recording.rrd":
+                render_view(storage, RenderTask(name, task.job_id, rank, task.object_name, request, text))
+    held = sum(bool(grasp["verification"] and grasp["verification"]["passed"]) for grasp in grasps)
+    return VerifiedResult(text, held)
