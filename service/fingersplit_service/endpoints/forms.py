@@ -18,7 +18,7 @@ class ExactForm:
     """A dependency that refuses unknown and repeated fields of a form.
 
     Args:
-        fields: The fields that there are.
+        fields: The fields that there are; by default those of the endpoint's parameters.
         repeated: Those of them that may come more than once.
     """
 
@@ -38,12 +38,13 @@ class ExactForm:
                 "multipart/form-data, with curl -F file=@part.stl."
             )
             raise ProblemError(ProblemKind.MEDIA_TYPE, detail)
+        known = self._fields or _form_fields(request)
         names = [name for name, _ in (await request.form()).multi_items()]
         for name in names:
-            if name not in self._fields:
-                near = difflib.get_close_matches(name, self._fields, 1)
+            if name not in known:
+                near = difflib.get_close_matches(name, known, 1)
                 hint = f" Did you mean {near[0]!r}?" if near else ""
-                detail = f"Unknown field {name!r}; known: {', '.join(self._fields)}.{hint}"
+                detail = f"Unknown field {name!r}; known: {', '.join(known)}.{hint}"
                 raise ProblemError(ProblemKind.INVALID_REQUEST, detail, field=f"/{name}")
             if names.count(name) > 1 and name not in self._repeated:
                 detail = f"The field {name!r} came {names.count(name)} times; give it once."
@@ -52,6 +53,12 @@ class ExactForm:
         if file is not None and not isinstance(file, UploadFile):
             detail = "The field 'file' is a text; send a file, with curl -F file=@part.stl."
             raise ProblemError(ProblemKind.INVALID_REQUEST, detail, field="/file")
+
+
+def _form_fields(request: Request) -> list[str]:
+    """The form fields that the endpoint of a request declares, as they are called in forms."""
+    fields = request.scope["route"].body_field.field_info.annotation.model_fields
+    return [field.alias or name for name, field in fields.items()]
 
 
 def file_name(file: UploadFile) -> str:

@@ -92,7 +92,7 @@ _PROBLEMS = problem_answers(ProblemKind.NOT_FOUND, ProblemKind.INVALID_REQUEST)
         ProblemKind.INVALID_REQUEST,
         ProblemKind.INVALID_MESH,
     ),
-    dependencies=[Depends(ExactForm(*OBJECT_FIELDS))],
+    dependencies=[Depends(ExactForm())],
 )
 async def upload_object(
     objects: Objects,

@@ -62,7 +62,7 @@ async def add_parallel_grasps(
     status_code=201,
     summary="Bring the parallel grasps in a file",
     responses=_PROBLEMS,
-    dependencies=[Depends(ExactForm("file", "format", "name"))],
+    dependencies=[Depends(ExactForm())],
 )
 async def import_parallel_grasps(
     objects: Objects,
