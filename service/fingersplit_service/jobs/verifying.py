@@ -2,8 +2,10 @@
 
 import json
 from dataclasses import dataclass, replace
+from functools import partial
 
 from fingersplit_client.schemas import JobCreate
+from fingersplit_service.jobs.constraints import load_obstacle
 from fingersplit_service.jobs.outcome import strict_json
 from fingersplit_service.jobs.rendering import RenderTask, best_rank, render_view
 from fingersplit_service.jobs.stored_objects import convex_pieces, prepared_object
@@ -61,6 +63,7 @@ def verify_first(storage: Storage, task: VerifyTask) -> VerifiedResult:
             controller=request.controller,
             friction=request.simulated_friction,
             initial=request.verify_initial,
+            obstacle=partial(load_obstacle, storage),
         )
         result = replace(first, grasps=(*first.grasps, *result.grasps[1:]))
     document = result.to_dict()
