@@ -82,10 +82,24 @@ def test_grasps_are_selected() -> None:
     assert ranks(approach=(-1, 0, -1), within=math.pi / 4 + 1e-9) == [1, 2, 3]
     upside_down = Transform(wxyz=(0.0, 1.0, 0.0, 0.0))
     assert ranks(approach=(0, 0, 1), within=0.1, frame_from_object=upside_down) == [1, 2]
-    with pytest.raises(InvalidRequestError, match="clearance"):
+    with pytest.raises(InvalidRequestError, match="without a scene"):
         ranks(clearance=0.01)
     with pytest.raises(InvalidRequestError, match="must not be zero"):
         ranks(approach=(0, 0, 0))
+
+
+def test_a_scene_says_where_the_tool_is_and_what_is_near() -> None:
+    pose = {"position": (0.5, 0.0, 0.3), "wxyz": (0.0, 1.0, 0.0, 0.0)}
+    world = {"palm": pose, "tool": pose | {"position": (0.5, 0.0, 0.4)}, "pregrasp_tool": None}
+    near = {"distance": 0.004, "link": "finger1_distal", "obstacle": "table"}
+    free = grasp(3, world=world | {"pregrasp_tool": pose})
+    result = plan_result(grasp(1, world=world, clearance=near), grasp(2, world=world), free)
+    assert result.best.tool_pose == Transform((0.5, 0.0, 0.4), (0.0, 1.0, 0.0, 0.0))
+    assert result.best.pregrasp_tool_pose is None
+    assert result.grasps[2].pregrasp_tool_pose == Transform((0.5, 0.0, 0.3), (0.0, 1.0, 0.0, 0.0))
+    assert [one.rank for one in result.select(clearance=0.003)] == [1, 2, 3]
+    assert [one.rank for one in result.select(clearance=0.005)] == [2, 3]
+    assert plan_result(grasp(1)).best.tool_pose is None
 
 
 def test_a_result_is_saved_and_loaded(tmp_path: Path) -> None:

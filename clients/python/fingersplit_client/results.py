@@ -114,6 +114,17 @@ class Grasp(schemas.Grasp, _Linked[Mode], Generic[Mode]):
         return None if length == 0 else (way[0] / length, way[1] / length, way[2] / length)
 
     @property
+    def tool_pose(self) -> Transform | None:
+        """The tool frame in the scene's frame, ``world_from_tool``; None where it was planned without a scene."""
+        return None if self.world is None else Transform(self.world.tool.position, self.world.tool.wxyz)
+
+    @property
+    def pregrasp_tool_pose(self) -> Transform | None:
+        """The same where the approach begins; None without a scene or a free way in."""
+        before = None if self.world is None else self.world.pregrasp_tool
+        return None if before is None else Transform(before.position, before.wxyz)
+
+    @property
     def held(self) -> bool | None:
         """Whether it held in simulation; None where it was not simulated."""
         return None if self.verification is None else self.verification.passed
@@ -223,7 +234,7 @@ class PlanResult(schemas.PlanResult, _Linked[Mode], Generic[Mode]):
             approach: Only those whose approach points about this way; those without a free way in are left out.
             within: Largest angle between the two [rad].
             margin: Least holding margin [N].
-            clearance: Least distance to what stands around [m], where the result tells it.
+            clearance: Least distance to what stands around in the scene [m].
             frame_from_object: Pose of the object in the frame of ``approach``; by default that is the object frame.
 
         Raises:
@@ -333,10 +344,10 @@ def _margin(grasp: schemas.Grasp) -> float:
 
 
 def _clearance(grasp: schemas.Grasp) -> float:
-    value = getattr(grasp, "clearance", None)
-    if value is None:
-        raise invalid("The result says nothing of clearance; leave clearance out, or plan with a scene.")
-    return float(value)
+    """Distance to what stands around, infinite where nothing is near [m]."""
+    if grasp.world is None:
+        raise invalid("It was planned without a scene, so there is no clearance; leave it out, or plan with a scene.")
+    return math.inf if grasp.clearance is None else grasp.clearance.distance
 
 
 def _angle(a: Sequence[float], b: Sequence[float]) -> float:
