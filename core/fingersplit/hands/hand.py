@@ -10,7 +10,6 @@ import trimesh
 from numpy.typing import ArrayLike, NDArray
 
 from fingersplit.errors import HandError
-from fingersplit.hands import kinematics_kernel
 from fingersplit.hands.collision_shapes import convex_solids, planning_shapes
 from fingersplit.hands.couplings import read_coupling
 from fingersplit.hands.description import GripDescription, HandDescription
@@ -27,10 +26,6 @@ from fingersplit.hands.tree import Tree, compile_model, read_tree
 from fingersplit.transforms import pose_matrix, transform_points
 
 __all__ = ["Finger", "Gripper", "Hand", "available_hands", "compile_hand", "load_hand"]
-
-
-COUPLED_PLANNING = hasattr(kinematics_kernel, "move_drivers")
-"""Whether kernels move joints by their drivers."""
 
 
 @dataclass(frozen=True)
@@ -88,11 +83,6 @@ class Hand:
     def joint_names(self) -> tuple[str, ...]:
         """Joints in the order of every joint vector, (N,)."""
         return self.model.joint_names
-
-    @property
-    def coupled(self) -> bool:
-        """Whether a joint of the hand follows others."""
-        return len(self.model.coupling.drivers) < len(self.model.joints)
 
     @property
     def driver_names(self) -> tuple[str, ...]:
@@ -202,7 +192,7 @@ class Hand:
 
 def available_hands() -> tuple[str, ...]:
     """Names of the hands that ship and can be planned for."""
-    return tuple(name for name in shipped_hands() if COUPLED_PLANNING or not _shipped(name).coupled)
+    return shipped_hands()
 
 
 def load_hand(source: str | Path) -> Hand:

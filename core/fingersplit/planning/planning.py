@@ -8,10 +8,9 @@ from importlib.metadata import version
 import numpy as np
 from numpy.typing import NDArray
 
-from fingersplit.errors import HandError
 from fingersplit.execution.execution import GraspExecution
 from fingersplit.grasp import Grasp
-from fingersplit.hands.hand import COUPLED_PLANNING, Hand
+from fingersplit.hands.hand import Hand
 from fingersplit.objects.model import ObjectModel
 from fingersplit.parallel_grasps.parallel_grasp import ParallelGrasp
 from fingersplit.planning.ranking import RankedGrasp
@@ -85,8 +84,6 @@ def plan(
             out of range.
         ParallelGraspError: A given contact lies off the surface.
     """
-    if hand.coupled and not COUPLED_PLANNING:
-        raise HandError(f"{hand.name!r} has joints that follow others; this version plans for uncoupled hands only.")
     found = find_grasps(
         model,
         hand,
