@@ -189,6 +189,8 @@ def result_document(object_name: str, request: JobCreate) -> dict[str, Any]:
     grasp = state | {
         "rank": 1,
         "feasible": feasible,
+        "geometry_valid": feasible,
+        "carries_weight": True,
         "violations": [] if feasible else ["A pad leans too far."],
         "metrics": dict.fromkeys(
             (

@@ -5,6 +5,7 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from math import degrees
 from pathlib import Path
 from typing import Any
 
@@ -15,9 +16,10 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from fingersplit.errors import OutputError
+from fingersplit.result.verification import Verification
 from fingersplit.threads import Progress as Report
 
-__all__ = ["JsonOutput", "check_writable", "new_table", "progress_bar"]
+__all__ = ["JsonOutput", "check_writable", "new_table", "progress_bar", "verdict_cells"]
 
 
 @dataclass(frozen=True)
@@ -79,6 +81,15 @@ def new_table(title: str, columns: dict[str, str], caption: str | None = None) -
     for number, (heading, justify) in enumerate(columns.items(), 1):
         table.add_column(heading, justify=justify, no_wrap=number < len(columns))  # type: ignore[arg-type]
     return table
+
+
+def verdict_cells(report: Verification | None) -> tuple[str, str, str]:
+    """Whether a grasp held, the slip [mm] and the turn [deg], for a table; empty where it was not verified."""
+    if report is None:
+        return "", "", ""
+    held = "firmly" if report.held_firmly else "yes" if report.passed else "no"
+    slip = "" if report.slip is None else f"{1e3 * report.slip:.1f}"
+    return held, slip, "" if report.turn is None else f"{degrees(report.turn):.1f}"
 
 
 @contextmanager

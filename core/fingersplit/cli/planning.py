@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
-from fingersplit.cli.output import JsonOutput, check_writable, new_table, progress_bar
+from fingersplit.cli.output import JsonOutput, check_writable, new_table, progress_bar, verdict_cells
 from fingersplit.cli.values import named_values
 from fingersplit.result.plan import PlanResult
 
@@ -213,18 +213,20 @@ def result_table(result: PlanResult) -> Table:
     metrics = [metric for metric in available_metrics().values() if metric.in_tables]
     verification = result.summary.verification
     caption = result.message if verification is None else f"{result.message} {verification.message}"
-    right = ("rank", "feasible", *(metric.heading for metric in metrics), "held", "pad rad")
-    columns = dict.fromkeys(right, "right") | {"ended": "left"}
-    table = new_table(f"{result.object.name}, {result.hand}", columns, caption)
+    verified = verification is not None  # 80 columns hold the verdicts or how the searches ended
+    verdicts = ("held", "slip mm", "turn deg") if verified else ("pad rad",)
+    columns = dict.fromkeys(("rank", "feasible", *(metric.heading for metric in metrics), *verdicts), "right")
+    table = new_table(
+        f"{result.object.name}, {result.hand}", columns | ({} if verified else {"ended": "left"}), caption
+    )
     for grasp in result.grasps:
-        report = grasp.verification
+        pad_angle = max(contact.pad_angle for contact in grasp.contacts)
+        search = (f"{pad_angle:.2f}", grasp.termination.label.replace("_", " "))
         table.add_row(
             str(grasp.rank),
             "yes" if grasp.feasible else "no",
             *(_rounded(grasp.metrics[metric.name]) for metric in metrics),
-            "" if report is None else "yes" if report.passed else "no",
-            f"{max(contact.pad_angle for contact in grasp.contacts):.2f}",
-            grasp.termination.label.replace("_", " "),
+            *(verdict_cells(grasp.verification) if verified else search),
         )
     return table
 

@@ -2,14 +2,13 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from math import degrees
 from pathlib import Path
 from typing import Annotated, Any, Self
 
 import typer
 from rich.table import Table
 
-from fingersplit.cli.output import JsonOutput, new_table
+from fingersplit.cli.output import JsonOutput, new_table, verdict_cells
 from fingersplit.cli.values import named_values
 from fingersplit.errors import SettingsError
 from fingersplit.grasp import Grasp
@@ -187,15 +186,13 @@ class _Row:
     def cells(self) -> Iterator[str]:
         report = self.verification
         yield self.name
-        yield "held" if report.passed else "failed"
-        yield "" if report.slip is None else f"{1e3 * report.slip:.1f}"
-        yield "" if report.turn is None else f"{degrees(report.turn):.1f}"
+        yield from verdict_cells(report)
         yield "" if self.initial is None else self.initial.reason.replace("_", " ")
         yield report.explanation
 
 
 def _table(title: str, rows: list[_Row]) -> Table:
-    right = ("verdict", "slip mm", "turn deg", "initial grasp")
+    right = ("held", "slip mm", "turn deg", "initial grasp")
     table = new_table(title, {"grasp": "left"} | dict.fromkeys(right, "right") | {"why": "left"})
     for row in rows:
         table.add_row(*row.cells())

@@ -161,6 +161,8 @@ def _grasp(ranked: RankedGrasp, found: Search) -> GraspResult:
     return GraspResult(
         rank=ranked.rank,
         feasible=run.feasible,
+        geometry_valid=run.feasible,
+        carries_weight=ranked.carries_weight,
         violations=run.violations,
         reason=ranked.reason,
         palm=PalmPose.from_matrix(run.final.object_from_palm),

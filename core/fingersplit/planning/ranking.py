@@ -45,6 +45,11 @@ class RankedGrasp:
     execution: GraspExecution
     reason: str
 
+    @property
+    def carries_weight(self) -> bool:
+        """Whether contact forces inside the friction cones balance the weight for every tested gravity direction."""
+        return self.holding.margin >= 0.0
+
 
 def rank_runs(
     model: ObjectModel, runs: Sequence[Run], top_k: int, friction: float, threads: int = 1
@@ -52,7 +57,8 @@ def rank_runs(
     """The best ``top_k`` runs that are not nearly a better one, with metrics, forces and execution.
 
     Fewest violated constraints first, so feasible grasps lead; then by the margin with which they hold the object's
-    weight (``contacts.holding``); where none can carry it, by Q.
+    weight (``contacts.holding``), so that no feasible grasp that cannot carry it stands before one that can; where none
+    can carry it, by Q.
     """
     if not runs:
         return ()
@@ -141,11 +147,14 @@ def _thickness(model: ObjectModel) -> str:
     )
 
 
-def describe_outcome(grasps: int, runs: Sequence[Run], hand: Hand, friction: float, model: ObjectModel) -> str:
-    """One sentence on how the runs that came of ``grasps`` parallel grasps ended; why none is feasible, if none is."""
+def describe_outcome(
+    grasps: int, runs: Sequence[Run], hand: Hand, friction: float, model: ObjectModel, carries: bool
+) -> str:
+    """How the runs that came of ``grasps`` parallel grasps ended, in words; why none is feasible, if none is."""
     feasible = sum(run.feasible for run in runs)
     if feasible:
-        return f"{feasible} of {len(runs)} starts ended in a feasible grasp."
+        weak = "" if carries else " None of the ranked grasps can support the object's weight in every direction."
+        return f"{feasible} of {len(runs)} starts ended in a feasible grasp.{weak}"
     if grasps == 0:
         low, high = (1e3 * x for x in hand.gripper.opening)
         return (

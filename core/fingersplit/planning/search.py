@@ -135,6 +135,7 @@ def find_grasps(
         relaxations = find_relaxations(scene, runs, search)
         watch.lap("splitting")
     grasps = rank_runs(model, runs, top_k, friction, threads)
+    carries = any(one.run.feasible and one.carries_weight for one in grasps)
     watch.lap("ranking")
     report("ranking", 1.0)
     return Search(
@@ -149,7 +150,7 @@ def find_grasps(
         grasps=grasps,
         message=" ".join(
             (
-                describe_outcome(len(given), runs, hand, friction, model),
+                describe_outcome(len(given), runs, hand, friction, model, carries),
                 *(relaxation.sentence for relaxation in relaxations[:1]),
             )
         ),

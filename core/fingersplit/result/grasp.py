@@ -133,7 +133,12 @@ class GraspResult:
     """One planned grasp."""
 
     rank: int = described("Place in the ranking, 1 is best")
-    feasible: bool = described("Whether every constraint holds")
+    feasible: bool = described("Whether every constraint holds; the same as geometry_valid")
+    geometry_valid: bool = described("Whether the hand keeps every geometric constraint")
+    carries_weight: bool = described(
+        "Whether the fingers can support the object's weight for every tested gravity direction: the holding margin is "
+        "not negative"
+    )
     violations: tuple[str, ...] = described("A sentence for every constraint that does not hold")
     reason: str = described("Why the grasp stands at this rank, in a sentence")
     palm: PalmPose = described("The palm's pose in the object frame")

@@ -1,11 +1,22 @@
 """What a verification found, as it stands in results: verdicts, reasons and numbers, without the time series."""
 
 from dataclasses import dataclass
+from math import degrees, radians
 from typing import Literal
 
 from fingersplit.result.wire import Json, Vector3, described
 
-__all__ = ["BranchReport", "GripReport", "PhaseReport", "Reason", "Verification", "VerificationSummary", "explanation"]
+__all__ = [
+    "BranchReport",
+    "GripReport",
+    "PhaseReport",
+    "Reason",
+    "Verification",
+    "VerificationSummary",
+    "explanation",
+    "is_firm",
+    "slip_and_turn",
+]
 
 Reason = Literal[
     "held",
@@ -21,6 +32,9 @@ Reason = Literal[
 ]
 """Why a grasp passed or failed; only ``held`` is a pass."""
 
+FIRM_SLIP, FIRM_TURN = 5e-3, radians(5.0)
+"""An object that moves less in the hand is held firmly [m], [rad]."""
+
 _EXPLANATIONS: dict[str, str] = {
     "held": "The object stayed in the hand in every phase.",
     "slipped": "The object moved farther in the hand than allowed.",
@@ -33,6 +47,19 @@ _EXPLANATIONS: dict[str, str] = {
     "obstacle_touched": "The hand touched an obstacle or support that it may not touch.",
     "object_pushed": "The object was pushed farther than allowed before the last finger touched it.",
 }
+
+
+def slip_and_turn(branches: tuple["BranchReport", ...]) -> tuple[float | None, float | None]:
+    """Farthest that the object moved [m] and most that it turned [rad] in the hand, in any branch; None without one."""
+    phases = [phase for branch in branches for phase in branch.phases]
+    if not phases:
+        return None, None
+    return max(phase.displacement for phase in phases), max(phase.rotation for phase in phases)
+
+
+def is_firm(slip: float | None, turn: float | None) -> bool:
+    """Whether an object that was held moved so little that it stays where it was grasped."""
+    return slip is not None and turn is not None and slip < FIRM_SLIP and turn < FIRM_TURN
 
 
 def explanation(reason: Reason) -> str:
@@ -86,6 +113,15 @@ class Verification:
 
     protocol: str = described("Name of the protocol")
     passed: bool = described("Whether the grasp held in every branch")
+    held_firmly: bool = described(
+        f"Whether it held with a slip below {1e3 * FIRM_SLIP:g} mm and a turn below {degrees(FIRM_TURN):g} degrees"
+    )
+    slip: float | None = described(
+        "Farthest that the object moved in the hand in any branch; null when no branch was simulated", "m"
+    )
+    turn: float | None = described(
+        "Most that the object turned in the hand in any branch; null when no branch was simulated", "rad"
+    )
     reason: Reason = described("Why it passed or not; of several failed branches, the first one's reason")
     explanation: str = described("The reason in a sentence")
     simulator: str = described("Name and version of the simulator")
@@ -97,16 +133,6 @@ class Verification:
     squeeze: PhaseReport | None = described("The squeeze; null when the simulation did not get there")
     branches: tuple[BranchReport, ...] = described("What was done after the squeeze")
     time_ms: float = described("Time that the verification took", "ms")
-
-    @property
-    def slip(self) -> float | None:
-        """Farthest that the object moved in the hand in any branch [m]; None when no branch was simulated."""
-        return max((phase.displacement for branch in self.branches for phase in branch.phases), default=None)
-
-    @property
-    def turn(self) -> float | None:
-        """Most that the object turned in the hand in any branch [rad]; None when no branch was simulated."""
-        return max((phase.rotation for branch in self.branches for phase in branch.phases), default=None)
 
 
 @dataclass(frozen=True)

@@ -77,7 +77,9 @@ class Protocol(ABC):
     """How requests call it."""
 
     mass: float | None = setting(None, "kg", "Mass of the object; none for the object's own.", 1e-3, 50.0)
-    friction_scale: float = setting(1.0, "1", "Factor on the world's friction, of which the grip knows nothing.", 0, 10)
+    friction_scale: float = setting(
+        1.0, "1", "Scales the simulated friction only; grip forces use the planned friction.", 0, 10
+    )
     torsional_friction: float = setting(
         0.005, "m", "Torsional friction at a requested friction of 0.6, in proportion at others.", 0.0, 0.1
     )

@@ -25,6 +25,8 @@ from fingersplit.result.verification import (
     Reason,
     Verification,
     explanation,
+    is_firm,
+    slip_and_turn,
 )
 from fingersplit.verification.controllers import Controller, load_controller
 from fingersplit.verification.frames import SimulationFrames
@@ -132,9 +134,13 @@ def simulate(
         outcome = _Outcome("initial_penetration")
     else:
         outcome = _simulate(scene, grasp, protocol, controller, grip, threads)
+    held, (slip, turn) = outcome.reason == "held", slip_and_turn(outcome.branches)
     report = Verification(
         protocol=protocol.name,
-        passed=outcome.reason == "held",
+        passed=held,
+        held_firmly=held and is_firm(slip, turn),
+        slip=slip,
+        turn=turn,
         reason=outcome.reason,
         explanation=explanation(outcome.reason),
         simulator=SIMULATOR,

@@ -134,6 +134,17 @@ def test_export_needs_the_result_only(folder, planned, case):
     assert said["hand_description_sha256"] == document["provenance"]["hand_sha256"]
 
 
+def test_tables_state_slip_and_turn(folder, planned):
+    file, document = planned("mass")
+    reports = [grasp["verification"] for grasp in document["grasps"] if grasp["verification"]]
+    printed = well("verify", "mass.json", "--object", file, "--rank", 1, cwd=folder).stdout
+    report = reports[0]
+    assert "slip mm" in printed
+    assert f"{1e3 * report['slip']:.1f}" in printed
+    assert f"{np.degrees(report['turn']):.1f}" in printed
+    assert ("firmly" in printed) == report["held_firmly"]
+
+
 def test_the_options_are_in_the_document(planned):
     assert planned("mass")[1]["object"]["mass"] == pytest.approx(0.9)
     assert planned("mass")[1]["grasps"][0]["verification"]["settings"]["mass"] == pytest.approx(0.9)

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from fingersplit.errors import ParallelGraspError, SettingsError
+from fingersplit.objects.options import ObjectOptions
 from fingersplit.objects.parametric import box
 from fingersplit.objects.preparing import prepare_object
 from fingersplit.parallel_grasps import ParallelGrasp
@@ -68,7 +69,11 @@ def test_grasps_are_ranked_and_differ(planned, name):
     held = [-math.inf if margin is None else margin for margin in margins]
     order = [(len(grasp["violations"]), -margin) for grasp, margin in zip(grasps, held, strict=True)]
     assert order == sorted(order)
-    assert all(grasp["feasible"] == (not grasp["violations"]) for grasp in grasps)
+    for grasp, margin in zip(grasps, held, strict=True):
+        assert grasp["feasible"] == grasp["geometry_valid"] == (not grasp["violations"])
+        assert grasp["carries_weight"] == (margin >= 0)
+    carrying = [grasp["carries_weight"] for grasp in grasps if grasp["geometry_valid"]]
+    assert carrying == sorted(carrying, reverse=True)
     positions = np.array([grasp["palm"]["position"] for grasp in grasps])
     quaternions = np.array([grasp["palm"]["wxyz"] for grasp in grasps])
     for i in range(len(grasps)):
@@ -296,3 +301,13 @@ def test_nothing_feasible_says_why_and_shows_the_best(barrett, prepared):
 def test_arguments_out_of_range_are_refused(barrett, prepared, arguments, message):
     with pytest.raises(SettingsError, match=message):
         plan(prepared("sphere"), barrett, **arguments)
+
+
+def test_a_grasp_that_cannot_carry_the_object_says_so_and_ranks_last(barrett):
+    heavy = prepare_object(box(), "anvil", ObjectOptions(mass=40.0))
+    result = plan(heavy, barrett, starts=16, seed=1)
+    valid = [grasp for grasp in result.grasps if grasp.geometry_valid]
+    assert valid
+    assert not any(grasp.carries_weight for grasp in valid)
+    assert all(grasp.reason.startswith("Cannot ") for grasp in valid)
+    assert result.message.endswith("None of the ranked grasps can support the object's weight in every direction.")

@@ -8,6 +8,7 @@ from scipy.optimize import nnls
 
 from fingersplit.errors import SettingsError
 from fingersplit.objects.parametric import PARAMETRIC_OBJECTS
+from fingersplit.result.verification import is_firm
 from fingersplit.verification import repeat_simulation, simulate, verify
 from fingersplit.verification.controllers import load_controller
 from fingersplit.verification.protocols import available_protocols, load_protocol
@@ -200,6 +201,10 @@ def test_every_preset_runs_and_says_what_it_did(try_grasp, name):
     assert report.protocol == name
     assert report.simulator.startswith("MuJoCo ")
     assert report.settings["protocol"] == load_protocol(name).to_document()
+    phases = [phase for branch in report.branches for phase in branch.phases]
+    assert report.slip == max(phase.displacement for phase in phases)
+    assert report.turn == max(phase.rotation for phase in phases)
+    assert report.held_firmly == (report.passed and report.slip < 5e-3 and report.turn < np.radians(5))
     assert len(report.branches) == len(load_protocol(name).branches)
 
 
@@ -244,3 +249,11 @@ def test_bad_friction_and_mass_are_refused(try_grasp):
     ):
         with pytest.raises(SettingsError, match=next(iter(options))):
             try_grasp("box", **options)
+
+
+@pytest.mark.parametrize(
+    ("slip", "turn", "firm"),
+    [(0.0049, 0.087, True), (0.0051, 0.01, False), (0.001, 0.0873, False), (None, None, False)],
+)
+def test_firm_is_below_5_mm_and_5_degrees(slip, turn, firm):
+    assert is_firm(slip, turn) == firm

@@ -221,7 +221,12 @@ class Grasp(Document):
     """One planned grasp."""
 
     rank: int = Field(description="Place in the ranking, 1 is best.")
-    feasible: bool = Field(description="Whether every constraint holds.")
+    feasible: bool = Field(description="Whether every constraint holds; the same as geometry_valid.")
+    geometry_valid: bool = Field(description="Whether the hand keeps every geometric constraint.")
+    carries_weight: bool = Field(
+        description="Whether the fingers can support the object's weight for every tested gravity direction: the "
+        "holding margin is not negative.",
+    )
     violations: list[str] = Field(description="A sentence for every constraint that does not hold.")
     reason: str = Field(description="Why the grasp stands at this rank, in a sentence.")
     palm: Palm = Field(description="The palm's pose in the object frame.")

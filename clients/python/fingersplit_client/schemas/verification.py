@@ -77,6 +77,13 @@ class Verification(Document):
 
     protocol: str = Field(description="Name of the protocol.")
     passed: bool = Field(description="Whether the grasp held in every branch.")
+    held_firmly: bool = Field(description="Whether it held with a slip below 5 mm and a turn below 5 degrees.")
+    slip: float | None = Field(
+        description="Farthest that the object moved in the hand in any branch [m]; null when no branch was simulated."
+    )
+    turn: float | None = Field(
+        description="Most that the object turned in the hand in any branch [rad]; null when no branch was simulated."
+    )
     reason: VerificationReason = Field(
         description="Why it passed or not; of several failed branches, the first one's reason."
     )
