@@ -5,6 +5,7 @@ from fingersplit.feasibility.penetration_kernel import exact_penetration
 from fingersplit.feasibility.violations_kernel import find_violations
 from fingersplit.objects.grid_kernel import nearest
 from fingersplit.objects.surface_kernel import touch
+from fingersplit.splitting.self_collision_kernel import measure_self_clearance
 from fingersplit.splitting.state_kernel import evaluate, measure_collision
 from fingersplit.vectors_kernel import dot, get, norm, put, subtract
 
@@ -40,6 +41,7 @@ def inspect_grasp(problem, patches, state, work, times):
         outside = dot(away, get(state.normals, finger)) >= 0.0
         state.residuals[finger] = abs((norm(away) if outside else -norm(away)) - hand.pad_radii[finger])
     measure_collision(problem, state, work, times)
+    measure_self_clearance(hand, state, work.own)
     violations = find_violations(hand, settings, problem.limits, state)
     if violations:
         return violations

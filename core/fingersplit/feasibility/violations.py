@@ -13,6 +13,7 @@ from fingersplit.feasibility.violations_kernel import (
     OUTSIDE_REGION,
     OUTSIDE_WORKSPACE,
     PAD_ANGLE,
+    SELF_COLLISION,
 )
 from fingersplit.hands.hand import Hand
 from fingersplit.scene.ways import BY_OBJECT, BY_WORKSPACE, NOT_ALLOWED
@@ -56,7 +57,9 @@ def describe_violations(
     """
     bits = (bit for bit in range(mask.bit_length()) if mask >> bit & 1)
     return tuple(
-        _describe(bit, hand, settings, state) if bit < NEAR_OBSTACLE else _describe_limit(bit, hand, state, limits)
+        _describe(bit, hand, settings, state)
+        if bit < NEAR_OBSTACLE or bit == SELF_COLLISION
+        else _describe_limit(bit, hand, state, limits)
         for bit in bits
     )
 
@@ -123,6 +126,12 @@ def _describe(bit: int, hand: Hand, settings: np.record, state: np.record) -> Vi
         return Violation(
             Termination.IN_COLLISION,
             f"A link lies {1e3 * state.penetration:.1f} mm inside the object; "
+            f"allowed: {1e3 * settings.penetration_tolerance:g} mm.",
+        )
+    if bit == SELF_COLLISION:
+        return Violation(
+            Termination.IN_SELF_COLLISION,
+            f"Two links of the hand lie {-1e3 * state.self_clearance:.1f} mm inside each other; "
             f"allowed: {1e3 * settings.penetration_tolerance:g} mm.",
         )
     joint = bit - JOINT_LIMIT

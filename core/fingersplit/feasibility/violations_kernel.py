@@ -15,6 +15,7 @@ __all__ = [
     "OUTSIDE_REGION",
     "OUTSIDE_WORKSPACE",
     "PAD_ANGLE",
+    "SELF_COLLISION",
     "SLACK_TOLERANCE",
     "find_violations",
 ]
@@ -37,11 +38,13 @@ NO_APPROACH = OUTSIDE_REGION + 1
 """Bit of a grasp without a free straight approach, where one is required."""
 NO_RETREAT = NO_APPROACH + 1
 """Bit of a grasp that obstacles keep from being retreated with."""
+SELF_COLLISION = NO_RETREAT + 1
+"""Bit of links too deep in each other."""
 
 SLACK_TOLERANCE = 1e-5
 """[m]; less clearance than this short is rounding."""
 
-assert NO_RETREAT < 63
+assert SELF_COLLISION < 63
 
 
 @kernel
@@ -61,6 +64,8 @@ def find_violations(hand, settings, limits, state):
     for joint in range(hand.joint_count):
         if not hand.lower[joint] <= state.joints[joint] <= hand.upper[joint]:
             mask |= 1 << (JOINT_LIMIT + joint)
+    if not state.self_clearance >= -settings.penetration_tolerance:
+        mask |= 1 << SELF_COLLISION
     if not state.around.least >= -SLACK_TOLERANCE:
         mask |= 1 << NEAR_OBSTACLE
     if not palm_allowed(limits, vector(state.palm_position)):

@@ -171,6 +171,7 @@ def _grasp(ranked: RankedGrasp, found: Search) -> GraspResult:
         pregrasp=_pregrasp(execution, hand),
         squeeze_joints=hand.named(execution.squeeze_joints),
         metrics=ranked.metrics,
+        self_clearance=run.self_clearance,
         termination=run.termination,
         advice=run.termination.advice,
         iterations=Iterations(outer=int(run.outcome.rounds), cpo=int(run.outcome.cpo), ppo=int(run.outcome.ppo)),

@@ -1,5 +1,6 @@
 """One finished finger splitting: where it began, what it found, why it ended."""
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -73,6 +74,12 @@ class Run:
     def violation_count(self) -> int:
         """How many constraints the final grasp violates."""
         return int(self.outcome.violations).bit_count()
+
+    @property
+    def self_clearance(self) -> float | None:
+        """Least distance of two links that may not meet [m], negative inside; None when they are far apart."""
+        clearance = float(self.last.self_clearance)
+        return clearance if math.isfinite(clearance) else None
 
     @property
     def termination(self) -> Termination:

@@ -163,6 +163,11 @@ class GraspResult:
     clearance: Clearance | None = described(
         "Where the hand is nearest to what stands around the object; null where nothing is near", default=None
     )
+    self_clearance: float | None = described(
+        "Least distance of two links of the hand that may not meet, negative inside; null when over 5 mm",
+        "m",
+        default=None,
+    )
 
     def for_hand(self, hand: Hand) -> Grasp:
         """The grasp as arrays.

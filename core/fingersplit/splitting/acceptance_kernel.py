@@ -5,6 +5,7 @@ the quality test waits while a fingertip is still being pulled to the surface, s
 """
 
 from fingersplit.compilation import kernel
+from fingersplit.splitting.self_collision_kernel import measure_self_clearance
 from fingersplit.splitting.state_kernel import measure_collision
 
 __all__ = [
@@ -47,7 +48,17 @@ def judge(problem, state, candidate, least_increase, work, times):
     if not settings.potentials:
         measure_collision(problem, candidate, work, times)
     collision = judge_collision(settings, state, candidate)
-    return collision if collision != CONTINUE else judge_surroundings(problem.scene, hand, state, candidate)
+    if collision == CONTINUE:
+        collision = judge_surroundings(problem.scene, hand, state, candidate)
+    return collision if collision != CONTINUE else _judge_links(hand, settings, state, candidate, work)
+
+
+@kernel
+def _judge_links(hand, settings, state, candidate, work):
+    """Whether links of ``candidate``, measured here, come too near to each other, and nearer than in ``state``."""
+    measure_self_clearance(hand, candidate, work.own)
+    least = min(-settings.penetration_tolerance, state.self_clearance)
+    return REACHED_COLLISION if candidate.self_clearance < least else CONTINUE
 
 
 @kernel

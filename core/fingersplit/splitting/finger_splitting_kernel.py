@@ -17,6 +17,7 @@ from fingersplit.splitting.acceptance_kernel import (
 from fingersplit.splitting.contact_optimization_kernel import optimize_contacts
 from fingersplit.splitting.palm_optimization_kernel import optimize_palm
 from fingersplit.splitting.pull_kernel import pull_pads, take_pose
+from fingersplit.splitting.self_collision_kernel import measure_self_clearance
 from fingersplit.splitting.sliding_kernel import slide_palm, slides
 from fingersplit.splitting.state_kernel import attach_contacts, evaluate, measure_collision, pad_target
 from fingersplit.splitting.trace_kernel import MAP, SETTLE, record
@@ -49,6 +50,7 @@ def split_fingers(problem, states, work, times, trace):
     """
     settings = problem.settings
     measure_collision(problem, states[0], work, times.map)
+    measure_self_clearance(problem.hand, states[0], work.own)
     record(trace, MAP, states[0])
     rounds, cpo_total, ppo_total, end = 0, 0, 0, REACHED_ITERATION_LIMIT
     while rounds < settings.max_outer_iterations:  # line 3

@@ -16,6 +16,7 @@ from fingersplit.hands.records import POSE_FIELDS
 from fingersplit.objects.grid import PointGrid
 from fingersplit.objects.signed_distance import DistanceGrid
 from fingersplit.objects.surface import Surface
+from fingersplit.scene.convex_kernel import GJK_ROWS
 from fingersplit.scene.obstacles import OBSTACLE_WORK, SLACKS, SceneArrays
 
 __all__ = ["PHASE_TIMES", "STATE", "TIMES", "WORK", "Problem", "new_states", "new_times", "new_work"]
@@ -35,6 +36,7 @@ STATE = np.dtype(
         ("object_quality", np.float64),
         ("hand_quality", np.float64),
         ("penetration", np.float64),
+        ("self_clearance", np.float64),
         ("merit", np.float64),
         *POSE_FIELDS,  # last: numba takes a record for a kind of any other that it begins with
     ],
@@ -49,7 +51,8 @@ STATE = np.dtype(
 - ``clearances`` (K,) of the collision shapes from the object, negative inside, infinite when far [m], the object's
   points they are measured to and the shapes' outward normals there, (K, 3).
 - ``around``: slack of the collision shapes from what stands around the object, infinite without a scene.
-- ``quality`` Q, its parts w1 Q_o and w2 Q_h, the deepest ``penetration`` [m], and ``merit``: Q less the potentials.
+- ``quality`` Q, its parts w1 Q_o and w2 Q_h, the deepest ``penetration`` [m], the least distance of
+  two links ``self_clearance`` [m], infinite when far, and ``merit``: Q less the potentials.
 """
 
 PHASE_TIMES = np.dtype([("search", np.float64), ("projection", np.float64), ("collision", np.float64)], align=True)
@@ -102,8 +105,19 @@ MAP_WORK = np.dtype(
 )
 """Costs of all preshapes and standoffs, and the drivers of the next iteration (A,) [rad]."""
 
+SELF_WORK = np.dtype(
+    [
+        ("centers", np.float64, (MAX_SHAPES, 3)),
+        ("rotations", np.float64, (2, 3, 3)),
+        ("rows", np.float64, (GJK_ROWS, 3)),
+    ],
+    align=True,
+)
+"""Places of all collision shapes, and room for the distance of two."""
+
 WORK = np.dtype(
     [
+        ("own", SELF_WORK),
         ("step", STEP_WORK),
         ("solver", SOLVER_WORK),
         ("map", MAP_WORK),

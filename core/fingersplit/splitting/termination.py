@@ -27,6 +27,7 @@ class Termination(IntEnum):
     OUTSIDE_REGION = 12
     NO_FREE_APPROACH = 13
     NO_FREE_RETREAT = 14
+    IN_SELF_COLLISION = 15
 
     @property
     def label(self) -> str:
@@ -40,6 +41,7 @@ class Termination(IntEnum):
 
 
 _ADVICE = {
+    Termination.IN_SELF_COLLISION: "Two links of the hand lie inside each other; try more starts or other preshapes.",
     Termination.CONVERGED: "Neither the contacts nor the palm can move so that quality rises; nothing to do.",
     Termination.STOPPED_BY_COLLISION: "A link met the object before quality stopped rising; another approach "
     "direction or a contact nearer to the outside leaves more room.",

@@ -21,6 +21,7 @@ def test_every_termination_has_a_name_and_advice():
         "outside_region",
         "no_free_approach",
         "no_free_retreat",
+        "in_self_collision",
     ]
     advice = {end.advice for end in Termination}
     assert len(advice) == len(labels)

@@ -51,6 +51,7 @@ Termination = Literal[
     "outside_region",
     "no_free_approach",
     "no_free_retreat",
+    "in_self_collision",
 ]
 """Why a run of the planner ended."""
 
@@ -251,6 +252,11 @@ class Grasp(Document):
     clearance: Clearance | None = Field(
         default=None,
         description="Where the hand is nearest to what stands around the object; null where nothing is near.",
+    )
+    self_clearance: float | None = Field(
+        default=None,
+        description="Least distance of two links of the hand that may not meet, negative inside [m]; null when over 5 "
+        "mm.",
     )
 
 
