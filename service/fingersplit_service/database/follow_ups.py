@@ -59,7 +59,6 @@ class FollowUpStore(Store):
     @transaction
     def finish(self, connection: sa.Connection, job: JobRow, document: str, verified: int) -> JobRow | None:
         """Keep a result with its verification; the job as it is now, None when it was deleted meanwhile."""
-        self._claimed.discard(job.id)
         which = (jobs.c.id == job.id) & (jobs.c.verification == "pending")
         update = sa.update(jobs).where(which).values(verification="done", verified=verified)
         row = connection.execute(update.returning(*LISTED_COLUMNS, jobs.c.request)).mappings().one_or_none()
@@ -71,7 +70,6 @@ class FollowUpStore(Store):
     @transaction
     def fail(self, connection: sa.Connection, job: JobRow) -> JobRow | None:
         """Give a follow-up up; the job as it is now, None when it was deleted meanwhile."""
-        self._claimed.discard(job.id)
         which = (jobs.c.id == job.id) & (jobs.c.verification == "pending")
         update = sa.update(jobs).where(which).values(verification="failed")
         row = connection.execute(update.returning(*LISTED_COLUMNS, jobs.c.request)).mappings().one_or_none()

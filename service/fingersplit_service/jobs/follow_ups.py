@@ -84,20 +84,22 @@ class FollowUps:
         self._storage.job_folder(job.id).mkdir(parents=True, exist_ok=True)
         with log_context(job_id=job.id):
             try:
-                verified = await self._pool.run_behind(
-                    self._functions.verify, self._storage, task, deadline_s=self._settings.plan_deadline_s
-                )
-            except WorkerDied:
-                _log.warning("Job %s: the worker that verified its first grasp died.", job.id)
-                self._store.release(job)
-                return
-            except asyncio.CancelledError:
-                self._store.release(job)
-                raise
-            except Exception as error:
-                _log.warning("The first grasp of job %s could not be verified: %r", job.id, error)
-                row = await self._store.fail(job)
-            else:
-                row = await self._store.finish(job, verified.result, verified.verified)
+                row = await self._verify(job, task)
+            finally:
+                self._store.release(job)  # what is still pending, for whatever reason, is taken up again
             if row is not None:
                 self._notifier.publish(job.id, "succeeded", followed_up=True)
+
+    async def _verify(self, job: JobRow, task: VerifyTask) -> JobRow | None:
+        """Have a worker do it; the job as it is then, None when it was deleted or the worker died."""
+        try:
+            verified = await self._pool.run_behind(
+                self._functions.verify, self._storage, task, deadline_s=self._settings.plan_deadline_s
+            )
+        except WorkerDied:
+            _log.warning("Job %s: the worker that verified its first grasp died.", job.id)
+            return None
+        except Exception as error:
+            _log.warning("The first grasp of job %s could not be verified: %r", job.id, error)
+            return await self._store.fail(job)
+        return await self._store.finish(job, verified.result, verified.verified)
