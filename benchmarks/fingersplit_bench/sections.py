@@ -14,6 +14,7 @@ SECTIONS = {
     "intake": "fingersplit_bench.intake:intake_chapter",
     "objects": "fingersplit_bench.objects_report:objects_chapter",
     "parallel_grasps": "fingersplit_bench.parallel_grasps:parallel_grasps_chapter",
+    "balls": "fingersplit_bench.balls:balls_chapter",
     "verification": "fingersplit_bench.verification:verification_chapter",
     "recordings": "fingersplit_bench.recordings:recordings_chapter",
 }
