@@ -16,6 +16,7 @@ SECTIONS = {
     "parallel_grasps": "fingersplit_bench.parallel_grasps:parallel_grasps_chapter",
     "balls": "fingersplit_bench.balls:balls_chapter",
     "verification": "fingersplit_bench.verification:verification_chapter",
+    "scene": "fingersplit_bench.scene:measure_scene",
     "recordings": "fingersplit_bench.recordings:recordings_chapter",
 }
 """Name of each section and its function from ``Bench`` to ``Chapter``, in the order of the report."""

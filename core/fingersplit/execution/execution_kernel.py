@@ -31,7 +31,7 @@ FREE = 1e-4
 """[m]; links deeper in the object than this touch it."""
 TILT, MAX_TILT = 0.35, 0.7
 """[rad]; how far directions of travel are tilted against the palm's axis, and how far they may be at most."""
-LOOKED_AHEAD = 0.05
+LOOKED_AHEAD = 0.012
 """[m]; obstacles farther away than this do not shorten the steps of a sweep."""
 INSIDE_CONE = 1e-3
 """[rad]; a direction on the rim of a cone is taken this far inside."""

@@ -41,11 +41,19 @@ def _message(export: Export, grasp: ExportedGrasp) -> dict[str, Any]:
         },
         "grasp_quality": grasp.quality,
         "pre_grasp_approach": _translation(palm, way_in, length, min(MIN_APPROACH, length)),
-        "post_grasp_retreat": _translation(LIFT_FRAME, np.array([0.0, 0.0, 1.0]), LIFT, MIN_LIFT),
+        "post_grasp_retreat": _retreat(export, grasp),
         "post_place_retreat": _translation(palm, -way_in, length, min(MIN_APPROACH, length)),
         "max_contact_force": NO_LIMIT,
         "allowed_touch_objects": [export.object_name],
     }
+
+
+def _retreat(export: Export, grasp: ExportedGrasp) -> dict[str, Any]:
+    """The way out that was planned, in the scene's frame; upwards where none was."""
+    scene, way = export.result.scene, export.result.grasp(grasp.rank).retreat_path
+    if scene is None or way is None:
+        return _translation(LIFT_FRAME, np.array([0.0, 0.0, 1.0]), LIFT, MIN_LIFT)
+    return _translation(scene.frame, np.array(way.direction_in_world), way.distance, min(MIN_LIFT, way.distance))
 
 
 def _posture(export: Export, joints: NDArray[np.float64]) -> dict[str, Any]:

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fingersplit.hands.limits import MAX_SHAPES
+from fingersplit.hands.limits import MAX_SHAPES, MAX_SPHERES
 from fingersplit.objects.grid import PointGrid
 from fingersplit.scene.convex_kernel import GJK_ROWS
 
@@ -48,12 +48,13 @@ the ``least`` slack of all."""
 
 OBSTACLE_WORK = np.dtype(
     [
+        ("centers", np.float64, (MAX_SPHERES, 3)),
         ("rows", np.float64, (GJK_ROWS, 3)),
         ("rotation", np.float64, (3, 3)),
     ],
     align=True,
 )
-"""Scratch memory of distances between shapes."""
+"""Scratch memory: centres of shapes or spheres, and of distances between shapes."""
 
 
 class SceneArrays(NamedTuple):

@@ -35,23 +35,35 @@ def measure_slacks(scene, hand, pose, found, work, near):
     for shape in range(hand.shape_count):
         found.slacks[shape] = math.inf
         found.obstacles[shape] = -1
+        put(work.centers, shape, place_on_link(hand, pose, shape, get(hand.shape_positions, shape)))
     found.least = math.inf
-    _meet_primitives(scene, hand, pose, found, work, near)
-    if len(scene.owners) > 0:
+    middle, radius = _enclosing_ball(work.centers, hand.shape_radii, hand.shape_count)
+    _meet_primitives(scene, hand, pose, found, work, near, middle, radius)
+    if len(scene.owners) > 0 and _least_bound(scene, middle) <= radius + scene.inflation + near:
         _meet_points(scene, hand, pose, found, work, near)
     return found.least
 
 
 @kernel
-def _meet_primitives(scene, hand, pose, found, work, near):
-    palm = vector(pose.palm_position)
+def _enclosing_ball(centers, radii, count):
+    """Centre and radius [m] of a ball about the middle of ``count`` balls that holds all of them."""
+    middle, radius = (0.0, 0.0, 0.0), 0.0
+    for i in range(count):
+        middle = add(middle, scale(1.0 / count, get(centers, i)))
+    for i in range(count):
+        radius = max(radius, norm(subtract(get(centers, i), middle)) + radii[i])
+    return middle, radius
+
+
+@kernel
+def _meet_primitives(scene, hand, pose, found, work, near, middle, radius):
     for p in range(len(scene.primitives)):
         primitive = scene.primitives[p]
         largest = max(primitive.clearance, primitive.pad_clearance)
-        if _distance(primitive, palm) > scene.hand_reach + largest + near:
+        if _distance(primitive, middle) > radius + largest + near:
             continue
         for shape in range(hand.shape_count):
-            center = place_on_link(hand, pose, shape, get(hand.shape_positions, shape))
+            center = get(work.centers, shape)
             clearance = primitive.pad_clearance if _carries_pad(hand, shape) else primitive.clearance
             limit = min(near, found.slacks[shape])
             if _distance(primitive, center) - hand.shape_radii[shape] - clearance >= limit:
@@ -97,10 +109,8 @@ def _meet(primitive, hand, pose, shape, center, reach, work):
 
 @kernel
 def _meet_points(scene, hand, pose, found, work, near):
-    if _least_bound(scene, vector(pose.palm_position)) > scene.hand_reach + scene.inflation + near:
-        return
     for shape in range(hand.shape_count):
-        center = place_on_link(hand, pose, shape, get(hand.shape_positions, shape))
+        center = get(work.centers, shape)
         limit = min(near, found.slacks[shape])
         if _least_bound(scene, center) - hand.shape_radii[shape] - scene.inflation >= limit:
             continue
@@ -165,24 +175,27 @@ def _least_bound(scene, point):
 
 
 @kernel
-def rough_violation(scene, hand, pose):
+def rough_violation(scene, hand, pose, work):
     """About how much clearance the hand lacks [m], from spheres inside its links: cheap, and right to a few mm."""
-    deepest, palm = 0.0, vector(pose.palm_position)
+    for sphere in range(hand.sphere_count):
+        middle = place_on_link(hand, pose, hand.sphere_shapes[sphere], get(hand.sphere_centers, sphere))
+        put(work.centers, sphere, middle)
+    middle, radius = _enclosing_ball(work.centers, hand.sphere_insides, hand.sphere_count)
+    deepest = 0.0
     for p in range(len(scene.primitives)):
         primitive = scene.primitives[p]
-        if _distance(primitive, palm) > scene.hand_reach + primitive.clearance:
+        if _distance(primitive, middle) > radius + primitive.clearance:
             continue
         for sphere in range(hand.sphere_count):
-            middle = place_on_link(hand, pose, hand.sphere_shapes[sphere], get(hand.sphere_centers, sphere))
             pad = _carries_pad(hand, hand.sphere_shapes[sphere])
             clearance = primitive.pad_clearance if pad else primitive.clearance
-            deepest = max(deepest, hand.sphere_insides[sphere] + clearance - _distance(primitive, middle))
-    if len(scene.owners) > 0:
+            depth = hand.sphere_insides[sphere] + clearance - _distance(primitive, get(work.centers, sphere))
+            deepest = max(deepest, depth)
+    if len(scene.owners) > 0 and _least_bound(scene, middle) <= radius + scene.inflation:
         for sphere in range(hand.sphere_count):
-            middle = place_on_link(hand, pose, hand.sphere_shapes[sphere], get(hand.sphere_centers, sphere))
-            bound = _least_bound(scene, middle)
-            if bound < hand.sphere_insides[sphere] + scene.inflation:
-                deepest = max(deepest, _deepest_point(scene, middle, hand.sphere_insides[sphere]))
+            center = get(work.centers, sphere)
+            if _least_bound(scene, center) < hand.sphere_insides[sphere] + scene.inflation:
+                deepest = max(deepest, _deepest_point(scene, center, hand.sphere_insides[sphere]))
     return deepest
 
 

@@ -26,7 +26,7 @@ __all__ = ["ObstacleMesh", "PreparedScene", "hand_reach", "prepare_scene"]
 
 BELOW_SUPPORT = 2.0
 """[m]; what lies below a support of limited size counts as occupied down to here."""
-CELL, BOUNDS_CELL, MAX_CELLS = 0.01, 0.015, 400_000
+CELL, BOUNDS_CELL, MAX_CELLS = 0.01, 0.008, 400_000
 """[m]; edges of the cells that sort points and of those that bound their distance, and how many of these may be."""
 MARGIN = 0.02
 """[m]; obstacles are kept that much beyond the hand's reach."""

@@ -87,7 +87,7 @@ def screen_grasp(problem, table, first, second, approach, states, work, costs, c
             return
         combinations[p, h] = math.inf
         _place(hand, table, p, w, h, lateral, jaw, forward, middle, state)
-        depth = rough_penetration(hand, state, problem.distance) + _rough_violation(problem.scene, hand, state)
+        depth = rough_penetration(hand, state, problem.distance) + _rough_violation(problem.scene, hand, state, work)
         _insert(costs, choices, cost + (depth / SCREENING_CLEARANCE_SCALE) ** 2, p, h)
 
 
@@ -124,9 +124,9 @@ def map_grasp(problem, table, first, second, approach, choices, states, work, ti
 
 
 @kernel
-def _rough_violation(scene, hand, state):
+def _rough_violation(scene, hand, state, work):
     """About how much clearance the hand lacks from what stands around the object [m]."""
-    return 0.0 if scene is None else rough_violation(scene, hand, state)
+    return 0.0 if scene is None else rough_violation(scene, hand, state, work.around)
 
 
 @kernel

@@ -225,7 +225,7 @@ def test_infeasible_grasps_go_out_only_when_asked_for(document):
 
 
 def test_unknown_formats_and_joints_are_refused(document):
-    with pytest.raises(FormatError, match="Unknown format 'csv'; known: dexgraspbench, dexgraspnet, isaac_grasp, "):
+    with pytest.raises(FormatError, match="Unknown format 'csv'; known: curobo, dexgraspbench, dexgraspnet, "):
         export(document, "csv")
     with pytest.raises(FormatError, match="Unknown format 'acronym'"):  # which is only read
         export(document, "acronym")
@@ -286,3 +286,19 @@ def test_bytes_that_are_no_npy_are_refused():
             load_npy(broken)
     with pytest.raises(FormatError, match="is a dict, this file holds"):
         read_dexgraspbench([{"a": 1}])
+
+
+def test_curobo_poses_and_offsets_lead_to_the_grasp(template):
+    """The tool's pose and the approach offset are those of the result, in the scene's frame."""
+    goals, result = json.loads(export(template, "curobo")), PlanResult.from_dict(template)
+    exported = [result.grasp(entry["rank"]) for entry in goals["fingersplit"]["grasps"]]
+    assert len(goals["grasp_poses"]["position"]) == len(exported) > 0
+    for n, grasp in enumerate(exported):
+        assert goals["grasp_poses"]["position"][n] == list(grasp.world.tool.position)
+        assert goals["grasp_poses"]["quaternion_wxyz"][n] == list(grasp.world.tool.wxyz)
+        rotation = rotation_from_wxyz(goals["grasp_poses"]["quaternion_wxyz"][n])
+        start = grasp.world.tool.position + rotation @ goals["grasp_approach_offset"]["position"][n]
+        np.testing.assert_allclose(start, grasp.world.pregrasp_tool.position, atol=1e-9)
+        lift = np.linalg.norm(goals["retract_offset"]["position"][n])
+        assert lift == pytest.approx(grasp.retreat_path.distance)
+        assert goals["grasp_joints"][n] == [grasp.joints[name] for name in goals["joint_names"]]

@@ -8,6 +8,7 @@ import pytest
 from fingersplit.hands.hand import load_hand
 from fingersplit.objects.parametric import PARAMETRIC_OBJECTS
 from fingersplit.objects.preparing import prepare_object
+from fingersplit.planning.relaxing import count_obstacles
 from fingersplit.planning.search import find_grasps
 from fingersplit.scene import (
     Approach,
@@ -231,3 +232,21 @@ def test_blocked_ways_name_what_blocks_them():
     runs = find_grasps(model("mug"), HAND, starts=48, constraints=Constraints(scene)).runs
     sentences = [" ".join(run.violations) for run in runs if run.termination == Termination.NO_FREE_APPROACH]
     assert any("'table'" in sentence for sentence in sentences)
+
+
+def test_the_constraint_in_the_way_is_named():
+    far = Constraints(Scene(workspace=Workspace((1.0, 1.0, 1.0), (1.2, 1.2, 1.2))))
+    found = find_grasps(model("box"), HAND, starts=8, constraints=far)
+    assert found.feasible == 0
+    (relaxation,) = found.relaxations
+    assert relaxation.constraint == "scene.workspace"
+    assert relaxation.amount is not None
+    assert 0.7 < relaxation.amount < 1.3  # the palm is within some 30 cm of the object's origin
+    assert relaxation.sentence in found.message
+
+
+def test_obstacles_tell_what_they_rejected():
+    scene = table_scene("mug")
+    found = find_grasps(model("mug"), HAND, starts=24, constraints=Constraints(scene))
+    counted = count_obstacles(found.runs, found.scene)
+    assert counted["table"] == sum("'table'" in " ".join(run.violations) for run in found.runs) > 0
