@@ -11,7 +11,7 @@ from packaging.utils import canonicalize_name
 from pydantic import BaseModel
 
 import fingersplit_client
-from fingersplit_client import AsyncClient, Client, results, schemas
+from fingersplit_client import AsyncClient, Client, grasps, results, schemas
 from fingersplit_client.modes import operation, stream
 from fingersplit_client.options import JobKeywords, ObjectKeywords, PlanKeywords
 from fingersplit_client.schemas import JobCreate, ObjectLookup
@@ -33,7 +33,7 @@ def test_the_package_has_every_name_when_it_is_asked_for() -> None:
     assert dir(fingersplit_client) == sorted(fingersplit_client.__all__)
     assert len(set(fingersplit_client.__all__)) == len(fingersplit_client.__all__)
     assert all(getattr(fingersplit_client, name) is not None for name in fingersplit_client.__all__)
-    assert fingersplit_client.Grasp is results.Grasp
+    assert fingersplit_client.Grasp is grasps.Grasp
     assert fingersplit_client.PlanResult is results.PlanResult
     assert fingersplit_client.Job is results.Job
     with pytest.raises(AttributeError, match="no attribute 'Clinet'"):

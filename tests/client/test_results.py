@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fingersplit_client import Client, FingersplitClientError, InvalidRequestError, PlanResult, Transform
-from fingersplit_client.results import Link
+from fingersplit_client.grasps import Link
 from plan_documents import grasp, plan_result
 from scripted_server import answers, scripted_server
 

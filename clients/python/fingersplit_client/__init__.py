@@ -25,9 +25,9 @@ if TYPE_CHECKING:
         ServiceUnreachable,
         WaitTimeout,
     )
-    from fingersplit_client.frames import PlacedGrasp
+    from fingersplit_client.grasps import Grasp, PlacedGrasp, Pregrasp
     from fingersplit_client.modes import Awaited, Blocking
-    from fingersplit_client.results import Grasp, Job, PlanResult, Pregrasp
+    from fingersplit_client.results import Job, PlanResult
     from fingersplit_client.retries import Retries
     from fingersplit_client.schemas import (
         Batch,
@@ -91,7 +91,7 @@ __all__ = [
     "WaitTimeout",
 ]
 
-_HOMES = ("client", "results", "errors", "frames", "modes", "retries", "transforms", "_events", "_many", "schemas")
+_HOMES = ("client", "results", "grasps", "errors", "modes", "retries", "transforms", "_events", "_many", "schemas")
 """Modules that names come from, when they are first asked for; what results extend comes after them."""
 
 

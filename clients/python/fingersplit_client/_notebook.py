@@ -2,10 +2,7 @@
 
 import base64
 import html
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from fingersplit_client.results import PlanResult
+from typing import Any
 
 __all__ = ["result_html"]
 
@@ -13,8 +10,8 @@ _COLUMNS = ("rank", "feasible", "holding margin [N]", "in simulation", "Ferrari-
 _MOST_ROWS = 10
 
 
-def result_html(result: "PlanResult[Any]", picture: bytes | None) -> str:
-    """A table of the grasps, with the picture of the best where there is one (PNG)."""
+def result_html(result: Any, picture: bytes | None) -> str:
+    """A table of a ``PlanResult``'s grasps, with the picture of the best where there is one (PNG)."""
     heading = f"{html.escape(result.hand)} on {html.escape(result.object.name)}"
     rows = "".join(f"<tr>{''.join(f'<td>{cell}</td>' for cell in row)}</tr>" for row in _rows(result))
     names = "".join(f"<th>{name}</th>" for name in _COLUMNS)
@@ -27,7 +24,7 @@ def result_html(result: "PlanResult[Any]", picture: bytes | None) -> str:
     )
 
 
-def _rows(result: "PlanResult[Any]") -> list[tuple[str, ...]]:
+def _rows(result: Any) -> list[tuple[str, ...]]:
     verdicts = {None: "", True: "held", False: "did not hold"}
     return [
         (

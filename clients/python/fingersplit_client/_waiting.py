@@ -11,8 +11,9 @@ from fingersplit_client._events import EventReader, JobEvent
 from fingersplit_client._exchange import Deadline, Policy, dump, exchange, parse, quoted
 from fingersplit_client._flow import Flow, NextLine, Pause
 from fingersplit_client.errors import ApiError, FingersplitClientError, JobFailed, ServiceUnreachable, WaitTimeout
+from fingersplit_client.grasps import Link
 from fingersplit_client.modes import Bound
-from fingersplit_client.results import Job, Link
+from fingersplit_client.results import Job
 from fingersplit_client.retries import Retries
 from fingersplit_client.schemas import JobCreate, JobSummary
 

@@ -7,192 +7,24 @@ from an `AsyncClient`.
 
 import math
 import os
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Generic, Literal, Self
+from typing import Any, Generic, Self
 
-from pydantic import ConfigDict, PrivateAttr, ValidationError
+from pydantic import PrivateAttr, ValidationError
 
 from fingersplit_client import _notebook, schemas
 from fingersplit_client._exchange import quoted
 from fingersplit_client._flow import Flow
 from fingersplit_client.errors import FingersplitClientError, invalid
-from fingersplit_client.frames import PlacedGrasp
-from fingersplit_client.modes import Blocking, Bound, Mode, operation
-from fingersplit_client.schemas import Vector3
-from fingersplit_client.transforms import Transform, TransformLike, dot, norm, subtract
+from fingersplit_client.grasps import Grasp, Link, LinkedDocument
+from fingersplit_client.modes import Blocking, Mode, operation
+from fingersplit_client.transforms import Transform, TransformLike, dot, norm
 
-__all__ = ["Grasp", "Job", "JointState", "Link", "PlanResult", "Pregrasp"]
-
-JointState = Literal["grasp", "pregrasp", "squeeze"]
-"""Which joints of a grasp: when the pads touch, during the approach, or the targets that press the pads on."""
+__all__ = ["Job", "PlanResult"]
 
 
-@dataclass(frozen=True)
-class Link:
-    """Where a result came from; not copied with it, and of a pickled result only the id is left.
-
-    Attributes:
-        mode: The client's connections; None for a result from a file.
-        job_id: Id of the job; None for a result from a file.
-    """
-
-    mode: Any = None
-    job_id: str | None = None
-
-    def __deepcopy__(self, memo: Any) -> Self:
-        return self
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return Link, (None, self.job_id)
-
-
-class _Linked(schemas.Document, Bound[Mode], Generic[Mode]):
-    """A document that knows its job."""
-
-    model_config = ConfigDict(ignored_types=(operation,))
-    _link: Link = PrivateAttr(default_factory=Link)
-
-    @property
-    def job_id(self) -> str | None:
-        """Id of the job it came from; None where that is not known."""
-        return self._link.job_id
-
-    def _mode(self) -> Mode:
-        if self._link.mode is None or self._link.job_id is None:
-            raise FingersplitClientError(
-                "This result came from a file, and the service must be asked: load it with a client and its job_id."
-            )
-        return self._link.mode  # type: ignore[no-any-return]
-
-    @property
-    def _job_path(self) -> str:
-        self._mode()
-        return f"/v1/jobs/{quoted(self._link.job_id or '')}"
-
-    def __eq__(self, other: object) -> bool:
-        return type(self) is type(other) and self.__dict__ == other.__dict__
-
-
-class Pregrasp(schemas.Pregrasp):
-    """Where to come from, in the object frame."""
-
-    @property
-    def pose(self) -> Transform:
-        """The palm, ``object_from_palm``."""
-        return Transform(self.palm.position, self.palm.wxyz)
-
-    @property
-    def matrix(self) -> Any:
-        """The palm, ``object_from_palm`` (4, 4): a numpy array where numpy is installed."""
-        return self.pose.matrix
-
-
-class Grasp(schemas.Grasp, _Linked[Mode], Generic[Mode]):
-    """One planned grasp, object frame."""
-
-    pregrasp: Pregrasp | None
-
-    @property
-    def pose(self) -> Transform:
-        """The palm, ``object_from_palm``."""
-        return Transform(self.palm.position, self.palm.wxyz)
-
-    @property
-    def matrix(self) -> Any:
-        """The palm, ``object_from_palm`` (4, 4): a numpy array where numpy is installed, else nested tuples."""
-        return self.pose.matrix
-
-    @property
-    def approach(self) -> Vector3 | None:
-        """Unit direction from the pre-grasp to the grasp, object frame; None where no straight way in is free."""
-        if self.pregrasp is None:
-            return None
-        way = subtract(self.palm.position, self.pregrasp.palm.position)
-        length = norm(way)
-        return None if length == 0 else (way[0] / length, way[1] / length, way[2] / length)
-
-    @property
-    def tool_pose(self) -> Transform | None:
-        """The tool frame in the scene's frame, ``world_from_tool``; None where it was planned without a scene."""
-        return None if self.world is None else Transform(self.world.tool.position, self.world.tool.wxyz)
-
-    @property
-    def pregrasp_tool_pose(self) -> Transform | None:
-        """The same where the approach begins; None without a scene or a free way in."""
-        before = None if self.world is None else self.world.pregrasp_tool
-        return None if before is None else Transform(before.position, before.wxyz)
-
-    @property
-    def held(self) -> bool | None:
-        """Whether it held in simulation; None where it was not simulated."""
-        return None if self.verification is None else self.verification.passed
-
-    def in_frame(self, frame_from_object: TransformLike, name: str = "world") -> PlacedGrasp[Mode]:
-        """The grasp in the frame of the robot, the camera or the world.
-
-        Args:
-            frame_from_object: Pose of the object in that frame [m]: a 4x4 matrix, a pair of position and wxyz, or a
-                `Transform`.
-            name: What the frame is called, for exports.
-        """
-        return PlacedGrasp(self, Transform.of(frame_from_object), name)
-
-    def joint_vector(self, names: Sequence[str] | Mapping[str, str], at: JointState = "grasp") -> list[float]:
-        """Joint angles in the order that a driver wants [rad].
-
-        Args:
-            names: Names of the joints in that order; where the driver has its own names, a mapping from each of them,
-                in that order, to the hand's.
-            at: Which joints.
-
-        Raises:
-            InvalidRequestError: The hand has no such joint, or the grasp no pre-grasp.
-        """
-        joints = self._joints(at)
-        wanted = list(names.values()) if isinstance(names, Mapping) else list(names)
-        unknown = [name for name in wanted if name not in joints]
-        if unknown:
-            raise invalid(f"The hand has no joints {', '.join(unknown)}; it has {', '.join(joints)}.")
-        return [joints[name] for name in wanted]
-
-    def _joints(self, at: JointState) -> dict[str, float]:
-        if at == "squeeze":
-            return self.squeeze_joints
-        if at == "grasp":
-            return self.joints
-        if at != "pregrasp":
-            raise invalid(f"Joints can be those at the grasp, pregrasp or squeeze, not at {at!r}.")
-        if self.pregrasp is None:
-            raise invalid(f"The grasp of rank {self.rank} has no pre-grasp: no straight way in is free.")
-        return self.pregrasp.joints
-
-    @operation
-    def export(self, format_name: str) -> Flow[bytes]:
-        """The grasp as a file of another tool, such as ``"moveit"`` or ``"isaac_grasp"``, object frame."""
-        path = f"{self._job_path}/export/{quoted(format_name)}"
-        response = yield from self._exchange("GET", path, params={"rank": self.rank})
-        return bytes(response.content)
-
-    @operation
-    def picture(self) -> Flow[bytes]:
-        """PNG of hand and object at the start and at the end, and the quality curve."""
-        response = yield from self._exchange("GET", f"{self._job_path}/grasps/{self.rank}/picture.png")
-        return bytes(response.content)
-
-    def __repr__(self) -> str:
-        words = ["feasible" if self.feasible else f"not feasible ({self.termination})"]
-        if self.metrics.holding_margin is not None:
-            words.append(f"holding margin {self.metrics.holding_margin:.2f} N")
-        if self.held is not None:
-            words.append("held in simulation" if self.held else "did not hold in simulation")
-        return f"<Grasp of rank {self.rank}: {', '.join(words)}>"
-
-    __str__ = __repr__
-
-
-class PlanResult(schemas.PlanResult, _Linked[Mode], Generic[Mode]):
+class PlanResult(schemas.PlanResult, LinkedDocument[Mode], Generic[Mode]):
     """The ranked grasps of a job."""
 
     grasps: list[Grasp[Mode]]  # type: ignore[assignment]  # a list of the same documents, which can do more
@@ -323,7 +155,7 @@ class PlanResult(schemas.PlanResult, _Linked[Mode], Generic[Mode]):
         return next(iter(self._pictures.values()), None)
 
 
-class Job(schemas.Job, _Linked[Mode], Generic[Mode]):
+class Job(schemas.Job, LinkedDocument[Mode], Generic[Mode]):
     """Where a job stands, what was asked for, and its result once it has succeeded."""
 
     result: PlanResult[Mode] | None

@@ -1,9 +1,9 @@
 """Files of other tools: their grasps read, ours written; one module a format, and nothing else lists them."""
 
-from fingersplit.formats.exporting import ExportedFile, export, export_file
-from fingersplit.formats.hand_grasps import grasp_at, read_hand_grasps
-from fingersplit.formats.importing import import_parallel_grasps
+from fingersplit.formats.hand_grasps import grasp_at
+from fingersplit.formats.importing import import_parallel_grasps, read_hand_grasps
 from fingersplit.formats.registry import available_formats, formats_that
+from fingersplit.formats.writing import ExportedFile, export, export_file
 
 __all__ = [
     "ExportedFile",

@@ -1,4 +1,4 @@
-"""From a result to the file of another tool: which grasps go out, and what every file says of them and their origin."""
+"""What goes out of a result: which grasps, and what every file says of them and their origin."""
 
 from dataclasses import dataclass
 from typing import Any, Self
@@ -7,14 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingersplit.errors import FormatError
-from fingersplit.formats.containers import serialised
-from fingersplit.formats.registry import formats_that, known_format
 from fingersplit.grasp import HandPose
 from fingersplit.hands.hand import Hand, load_hand
 from fingersplit.result.grasp import GraspResult, PalmPose
 from fingersplit.result.plan import PlanResult
 
-__all__ = ["Export", "ExportedFile", "ExportedGrasp", "export", "export_file"]
+__all__ = ["Export", "ExportedGrasp"]
 
 NO_WAY_IN = "no collision-free straight way in: it has no pre-grasp, so it cannot be executed"
 
@@ -157,48 +155,6 @@ class Export:
         ranks = ", ".join(str(grasp.rank) for grasp in self.grasps)
         count = f"rank {ranks}" if len(self.grasps) == 1 else f"ranks {ranks}"
         return f"{count}; left out: {told}." if told else f"{count}."
-
-
-@dataclass(frozen=True)
-class ExportedFile:
-    """A result as a file of another tool.
-
-    Attributes:
-        content: The file's bytes.
-        suffix: Ending of such files.
-        media_type: For HTTP.
-        message: What went out and what was left out, in a sentence.
-    """
-
-    content: bytes
-    suffix: str
-    media_type: str
-    message: str
-
-
-def export_file(result: PlanResult, format: str, *, rank: int | None = None) -> ExportedFile:  # noqa: A002
-    """Write the grasps of a result that can be executed in another tool's format.
-
-    Args:
-        result: The result.
-        format: Name of a format that can be written, see ``formats_that``.
-        rank: Only this grasp, whatever is wrong with it; None for all that can be executed, best first (the best one
-            where the format holds one grasp).
-
-    Raises:
-        FormatError: Unknown format, or no grasp that can be executed.
-        ResultError: No such rank.
-    """
-    chosen = known_format(format, formats_that("write"))
-    assert chosen.write is not None
-    made = Export.of(result, rank, 1 if chosen.one_grasp else None)
-    content = serialised(chosen.container, chosen.write(made))
-    return ExportedFile(content, chosen.suffix, chosen.media_type, f"{chosen.title}: {made.message}")
-
-
-def export(result: PlanResult, format: str, *, rank: int | None = None) -> bytes:  # noqa: A002
-    """The bytes of ``export_file``."""
-    return export_file(result, format, rank=rank).content
 
 
 def _why_not(grasp: GraspResult) -> str | None:

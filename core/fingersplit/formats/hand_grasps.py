@@ -1,19 +1,15 @@
 """Grasps of multi-fingered hands that other tools stored, to look at again."""
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
-from fingersplit.errors import FormatError
-from fingersplit.formats.containers import opened
-from fingersplit.formats.registry import formats_that
 from fingersplit.grasp import Grasp, HandPose
-from fingersplit.hands.hand import Hand, load_hand
+from fingersplit.hands.hand import Hand
 from fingersplit.objects.model import ObjectModel
 from fingersplit.objects.surface_kernel import touch
 
-__all__ = ["HandGrasp", "HandGrasps", "grasp_at", "read_hand_grasps"]
+__all__ = ["HandGrasp", "HandGrasps", "grasp_at"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,27 +33,6 @@ class HandGrasps:
     hand: Hand
     object_scale: float
     grasps: tuple[HandGrasp, ...]
-
-
-def read_hand_grasps(path: Path, hand: str) -> HandGrasps:
-    """Read a file of any format that lists grasps of multi-fingered hands; its content says which it is.
-
-    Args:
-        path: The file.
-        hand: Name of the hand, for files that do not say.
-
-    Raises:
-        FormatError: A file of another format, or of another hand.
-        UnknownHandError: No such hand.
-    """
-    known, chosen = load_hand(hand), formats_that("read_hand")
-    with opened(path) as (container, content):
-        for one in chosen.values():
-            if one.container == container and one.recognises(content):
-                assert one.read_hand is not None
-                return one.read_hand(content, known)
-    titles = ", ".join(one.title for one in chosen.values())
-    raise FormatError(f"{path.name} holds grasps of hands in no known format; known: {titles}.")
 
 
 def grasp_at(model: ObjectModel, hand: Hand, placed: HandPose) -> Grasp:

@@ -1,4 +1,4 @@
-"""From a file of any known format to parallel grasps on the object."""
+"""From a file of any known format to parallel grasps on the object, or to grasps of a hand."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,12 +10,14 @@ from fingersplit.errors import FormatError, ParallelGraspError, SettingsError
 from fingersplit.formats.containers import opened
 from fingersplit.formats.file_format import FileFormat, Request
 from fingersplit.formats.grippers import JawPoses, gripper_called
+from fingersplit.formats.hand_grasps import HandGrasps
 from fingersplit.formats.registry import formats_that, known_format
+from fingersplit.hands.hand import load_hand
 from fingersplit.objects.model import ObjectModel
 from fingersplit.parallel_grasps.closing_kernel import close_jaws
 from fingersplit.parallel_grasps.grasp_set import ParallelGrasps
 
-__all__ = ["ImportedGrasps", "import_parallel_grasps"]
+__all__ = ["ImportedGrasps", "import_parallel_grasps", "read_hand_grasps"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,3 +123,24 @@ def _closed(path: Path, chosen: FileFormat, model: ObjectModel, poses: JawPoses)
         raise FormatError(f"{refusal} {poses.hint}".rstrip())
     grasps = ParallelGrasps(contacts[touched], approaches[touched])
     return ImportedGrasps(chosen.name, chosen.title, len(poses.scores), len(order), grasps)
+
+
+def read_hand_grasps(path: Path, hand: str) -> HandGrasps:
+    """Read a file of any format that lists grasps of multi-fingered hands; its content says which it is.
+
+    Args:
+        path: The file.
+        hand: Name of the hand, for files that do not say.
+
+    Raises:
+        FormatError: A file of another format, or of another hand.
+        UnknownHandError: No such hand.
+    """
+    known, chosen = load_hand(hand), formats_that("read_hand")
+    with opened(path) as (container, content):
+        for one in chosen.values():
+            if one.container == container and one.recognises(content):
+                assert one.read_hand is not None
+                return one.read_hand(content, known)
+    titles = ", ".join(one.title for one in chosen.values())
+    raise FormatError(f"{path.name} holds grasps of hands in no known format; known: {titles}.")

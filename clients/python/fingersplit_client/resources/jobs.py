@@ -10,9 +10,10 @@ from fingersplit_client import _waiting
 from fingersplit_client._events import JobEvent
 from fingersplit_client._exchange import Deadline, given, parse, quoted
 from fingersplit_client._flow import Emit, Flow, Stream
+from fingersplit_client.grasps import Grasp, Link
 from fingersplit_client.modes import Mode, operation, stream
 from fingersplit_client.resources.resource import Resource
-from fingersplit_client.results import Grasp, Job, Link
+from fingersplit_client.results import Job
 from fingersplit_client.schemas import JobCreate, JobPage, JobState, JobSummary, JobVerification
 
 __all__ = ["Jobs"]
