@@ -141,7 +141,7 @@ def test_no_feasible_grasp_is_exit_code_1_with_the_reason(folder):
             ("ball.stl", "--unit", "mm", "--parallel-grasps", "pair.json", "--format", "dexnet"),
             "Dex-Net HDF5 needs hdf5.",
         ),
-        (("ball.stl", "--unit", "mm", "--source", "guessing"), "known: antipodal, surface_fitting, both."),
+        (("ball.stl", "--unit", "mm", "--source", "guessing"), "known: antipodal, both, surface_fitting."),
     ],
 )
 def test_bad_input_is_exit_code_2_with_one_sentence(folder, arguments, sentence):
@@ -164,7 +164,10 @@ def test_missing_file_and_numbers_out_of_range_are_exit_code_2(folder):
 def test_hands_are_listed(folder):
     finished = run("hands", cwd=folder)
     assert (finished.returncode, finished.stderr) == (0, "")
-    assert finished.stdout == "barrett: Barrett BH8-280, eight independent joints; 3 fingers, 8 joints\n"
+    lines = finished.stdout.splitlines()
+    assert lines[0] == "barrett: Barrett BH8-280, eight independent joints; 3 fingers, 8 joints"
+    assert lines[1].startswith("barrett_coupled: ")
+    assert all(line.endswith("the model is yours, its description ships") for line in lines[2:])
 
 
 def test_help_lists_the_commands(folder):
@@ -210,7 +213,7 @@ def test_verify_refuses_other_objects_and_other_files(folder):
         (("small.json", "--object", "crate.ply"), "largest extent with unit 'mm'"),
         (("small.json", "--object", "egg.stl"), "egg.stl: The object is not the one of the result"),
         (("small.json", "--object", "ball.stl", "--unit", "cm"), "planned with unit 'mm', not 'cm'"),
-        (("one_grasp.npy", "--object", "crate.ply"), "no .npy file"),
+        (("one_grasp.npy", "--object", "crate.ply"), "no known format"),
         (("no.json", "--object", "ball.stl"), "no.json is not JSON"),
         (("one.json", "--object", "ball.stl"), "one.json: This is not a result of Fingersplit"),
         (("small.json", "--object", "ball.stl", "--protocol", "drop"), "Unknown verification protocol"),
