@@ -63,7 +63,7 @@ def measure_recording(name: str, mesh: Mesh, hand: Hand, repeats: int) -> list[d
     planned = plan(model, hand, seed=SEED, settings=settings_of("paper"))
     if not planned.grasps:
         return []
-    verified = verify_ranked(planned, model, hand, pieces, verified=1)
+    verified = verify_ranked(planned, model, hand, pieces, verified=1, protocol="lift_full")
     grasp = max(verified.grasps, key=lambda grasp: (grasp.verification is not None, -grasp.rank))
     replayed = replay(verified, grasp.rank, model, hand, lambda: pieces)
     run = replace(replayed, trace=resampled(replayed.trace, STATES))

@@ -87,7 +87,7 @@ def test_judgement_of_our_own_grasps_is_the_planners(ball, barrett):
     for run in plan_once(ball, barrett, fidelity="paper", starts=6).runs:
         judged = judge_grasp(ball, barrett, settings_of("paper"), run.final.object_from_palm, run.final.joints)
         assert judged.quality == pytest.approx(run.scores[0], abs=1e-9)
-        assert judged.penetration == pytest.approx(run.scores[3], abs=1e-6)
+        assert judged.penetration == pytest.approx(run.scores[3], abs=1e-5)  # both search to 5 um
         assert judged.residual == pytest.approx(run.final.residuals.max(), abs=1e-7)
         assert judged.pad_angle == pytest.approx(run.final.pad_angles.max(), abs=1e-3)
         assert judged.feasible == run.feasible

@@ -11,7 +11,7 @@ import time
 from typing import Any
 
 from fingersplit.errors import FormatError
-from fingersplit_client.schemas import JobCreate, ParallelGraspsGenerate
+from fingersplit_client.schemas import JobCreate, ParallelGraspsGenerate, Verification
 from fingersplit_service.jobs.outcome import JobOutcome, JobResultRow
 from fingersplit_service.jobs.planning import PlanTask
 from fingersplit_service.jobs.rendering import ExportedFile, RenderTask
@@ -25,6 +25,7 @@ from fingersplit_service.jobs.worker_functions import (
     inspect_object,
 )
 from fingersplit_service.storage import Storage
+from plan_documents import filled
 
 FINE = "barrett"
 DIES, DIES_ONCE, HANGS, HANGS_ONCE = "dies", "dies_once", "hangs", "hangs_once"
@@ -122,7 +123,7 @@ def verify(storage: Storage, task: VerifyTask) -> VerifiedResult:
     while (storage.root / "hold_verification").exists():
         time.sleep(0.01)
     document = json.loads(task.result)
-    document["grasps"][0]["verification"] = {"passed": True}
+    document["grasps"][0]["verification"] = filled(Verification, passed=True)
     with storage.atomic(storage.view(task.job_id, 1, "recording.rrd"), make_folder=False) as staged:
         staged.write_bytes(b"recording with a lift")
     return VerifiedResult(json.dumps(document), 1)

@@ -3,6 +3,8 @@
 import sys
 from pathlib import Path
 
+sys.path.append(str(Path(__file__).parents[1] / "support"))
+
 import fake_workers
 
 from fingersplit_service.app import create_app

@@ -49,6 +49,7 @@ def split_grasps(problem, patches, table, contacts, approaches, choices, initial
         if outcome.cost == math.inf:
             continue
         began = seconds(work.clock)
+        states[0].self_clearance = math.inf  # not measured yet; what another start left must not stay
         initial[i] = states[0]
         outcome.end, outcome.rounds, outcome.cpo, outcome.ppo = split_fingers(problem, states, work, times, trace)
         outcome.violations = inspect_grasp(problem, patches, states[0], work, times.settle)

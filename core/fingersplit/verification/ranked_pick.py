@@ -12,7 +12,7 @@ from fingersplit.objects.convex_pieces import ConvexPieces
 from fingersplit.objects.model import ObjectModel
 from fingersplit.result.grasp import GraspResult
 from fingersplit.result.plan import PlanResult
-from fingersplit.result.verification import BranchReport, GripReport, Verification, explanation
+from fingersplit.result.verification import BranchReport, GripReport, Verification, explanation, is_firm
 from fingersplit.scene.attaching import attach_bodies
 from fingersplit.scene.constraints import Constraints
 from fingersplit.scene.preparing import PreparedScene, prepare_scene
@@ -79,9 +79,13 @@ class ResultPicks:
             planned_friction=planned,
             controller=controller,
         )
+        held, (slip, turn) = report.reason == "held", (report.displacement, report.rotation)
         return Verification(
             protocol=protocol.name,
-            passed=report.reason == "held",
+            passed=held,
+            held_firmly=held and is_firm(slip, turn),
+            slip=slip,
+            turn=turn,
             reason=report.reason,
             explanation=explanation(report.reason),
             simulator=SIMULATOR,

@@ -13,10 +13,11 @@ seeds = st.integers(0, 2**32 - 1)
 
 
 def tracked(hand: Hand, joints: np.ndarray, finger: int, displacement: np.ndarray) -> np.ndarray:
-    pose, displacements, after = hand.pose(joints), np.zeros((len(hand.fingers), 3)), joints.copy()
+    pose, displacements = hand.pose(joints), np.zeros((len(hand.fingers), 3))
     pose.drivers[: len(joints)], displacements[finger] = joints, displacement
+    after = np.array(pose.drivers)
     track(hand.arrays, pose, displacements, new_work().solver, after)
-    return after
+    return after[: len(joints)]
 
 
 def bounded_least_squares(hand: Hand, joints: np.ndarray, finger: int, displacement: np.ndarray) -> np.ndarray:
