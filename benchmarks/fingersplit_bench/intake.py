@@ -131,6 +131,6 @@ def _cells(row: dict[str, Any]) -> list[str]:
     text = ""
     if reference is not None and volume is not None:
         far = abs(volume - reference) > max(FAR_OFF * reference, 3 * row["deviation"])
-        text = f"{1e6 * reference:.2f}{' *' if far else ''}"
+        text = f"{1e6 * reference:.1f} ± {1e6 * row['deviation']:.1f}{' *' if far else ''}"
     words = row.get("reason") or " ".join(row.get("remarks", []))
     return [*cells, text, f"{row['seconds']:.1f}", words.replace("|", "/").replace("\n", " ")]
