@@ -32,6 +32,10 @@ ATTEMPTS, MORE_STARTS = 3, 3
 """A request with a scene is tried again when nothing is feasible, so often in all, each time with more starts."""
 
 
+_Found = tuple[Sequence[ParallelGrasp], tuple[Run, ...]]
+"""Parallel grasps, and the runs that started from them."""
+
+
 @dataclass(frozen=True, eq=False)
 class Search:
     """Every run of a request and the best of them, as arrays and kernel records.
@@ -42,6 +46,8 @@ class Search:
         settings: Parameters of the splitting.
         friction: Coulomb friction between pads and object that was planned for.
         constraints: What the grasps had to keep to.
+        scene: The same, prepared for the object and the hand.
+        relaxations: What would leave grasps if it were relaxed; empty unless nothing is feasible in a scene.
         runs: Every finished run, in the order of the starts.
         grasps: The best of them, best first.
         message: One sentence on how it went.
@@ -91,48 +97,42 @@ def find_grasps(
 
     constraints = constraints or Constraints()
     hand = attach_bodies(hand, constraints.end_effector.attached_bodies)
-    scene = prepare_scene(constraints, model, hand)
-    problem = build_problem(model, hand, settings, scene)
-    runs: tuple[Run, ...] = ()
-    given: Sequence[ParallelGrasp] = ()
-    for attempt in range(ATTEMPTS if scene.restricts and parallel_grasps is None else 1):
+    if parallel_grasps is not None:
+        _check_contacts(model, parallel_grasps)
+
+    def search(scene: PreparedScene, count: int, seeds: int | list[int], watch: _Watch, report: Progress) -> _Found:
         report("parallel_grasps", 0.0)
-        many = starts * MORE_STARTS**attempt
+        given: Sequence[ParallelGrasp]
         if parallel_grasps is None:
-            rng = np.random.default_rng(seed if attempt == 0 else [seed, attempt])
-            given = find_starts(model, hand, scene, many, source=source, friction=friction, rng=rng, threads=threads)
+            rng = np.random.default_rng(seeds)
+            given = find_starts(model, hand, scene, count, source=source, friction=friction, rng=rng, threads=threads)
         else:
-            _check_contacts(model, parallel_grasps)
             given = allowed_starts(parallel_grasps, scene)
         watch.lap("parallel_grasps")
-        chosen = choose_starts(problem, hand, given, many, threads=threads, report=report)
+        problem = build_problem(model, hand, settings, scene)
+        chosen = choose_starts(problem, hand, given, count, threads=threads, report=report)
         watch.lap("mapping")
-        runs += split_starts(problem, model.patches, hand, chosen, threads=threads, report=report, scene=scene)
+        runs = split_starts(problem, model.patches, hand, chosen, threads=threads, report=report, scene=scene)
         check_finally(runs, scene, model)
         watch.lap("splitting")
+        return given, runs
+
+    scene = prepare_scene(constraints, model, hand)
+    given, runs = search(scene, starts, seed, watch, report)
+    attempts = ATTEMPTS if scene.restricts and parallel_grasps is None else 1
+    for attempt in range(1, attempts):
         if any(run.feasible for run in runs):
             break
+        given, more = search(scene, starts * MORE_STARTS**attempt, [seed, attempt], watch, report)
+        runs += more
     relaxations: tuple[Relaxation, ...] = ()
     if scene.restricts and not any(run.feasible for run in runs):
-
-        def search(relaxed: Constraints) -> Sequence[Run]:
-            again = prepare_scene(relaxed, model, hand)
-            rng = np.random.default_rng(seed)
-            steered: Sequence[ParallelGrasp]
-            if parallel_grasps is None:
-                steered = find_starts(
-                    model, hand, again, starts, source=source, friction=friction, rng=rng, threads=threads
-                )
-            else:
-                steered = allowed_starts(parallel_grasps, again)
-            problem = build_problem(model, hand, settings, again)
-            chosen = choose_starts(problem, hand, steered, starts, threads=threads, report=_silent)
-            runs = split_starts(problem, model.patches, hand, chosen, threads=threads, report=_silent, scene=again)
-            check_finally(runs, again, model)
-            return runs
-
         report("relaxing", 0.0)
-        relaxations = find_relaxations(scene, runs, search)
+
+        def relaxed(wanted: Constraints) -> Sequence[Run]:
+            return search(prepare_scene(wanted, model, hand), starts, seed, _Watch({}), _silent)[1]
+
+        relaxations = find_relaxations(scene, runs, relaxed)
         watch.lap("splitting")
     grasps = rank_runs(model, runs, top_k, friction, threads)
     carries = any(one.run.feasible and one.carries_weight for one in grasps)
