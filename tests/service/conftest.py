@@ -76,9 +76,11 @@ class Api:
                 await anyio.sleep(0.005)
         return job
 
-    async def begun(self, job_id: str) -> None:
-        """Wait until a worker is at a job."""
-        await until((self.data_dir / f"{job_id}.begun").exists)
+    async def begun(self, job_id: str) -> int:
+        """Wait until a worker is at a job, and return its process id."""
+        note = self.data_dir / f"{job_id}.begun"
+        await until(lambda: note.exists() and note.read_text())
+        return int(note.read_text())
 
     def hold(self) -> None:
         """From now on jobs that wait do not go on."""

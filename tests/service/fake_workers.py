@@ -95,10 +95,10 @@ def generate(_storage: Storage, _object_id: str, request: ParallelGraspsGenerate
 
 
 def _go(how: str, storage: Storage, job_id: str) -> None:
-    """Note that the job has begun, and let it go as its hand says."""
+    """Note in which process the job has begun, and let it go as its hand says."""
     begun = storage.root / f"{job_id}.begun"
     again = begun.exists()
-    begun.touch()
+    begun.write_text(str(os.getpid()))
     if how == DIES or (how == DIES_ONCE and not again):
         os.kill(os.getpid(), signal.SIGKILL)
     elif how == HANGS or (how == HANGS_ONCE and not again):

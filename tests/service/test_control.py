@@ -1,29 +1,20 @@
 """Cancelling, deleting, deadlines, priorities, batches, and lists of jobs."""
 
-import os
-
 import pytest
 from conftest import until
 from fake_workers import FINE, HANGS, NO_GRASP, RAISES, WAITS
-from test_faults import children
+from test_faults import alive
 
 from fingersplit_client.schemas import Batch, Grasp, JobPage, JobVerification
 
 pytestmark = pytest.mark.anyio
 
 
-def processor_time(pid: int) -> float:
-    with open(f"/proc/{pid}/stat") as stat:
-        fields = stat.read().rpartition(")")[2].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
-
-
 async def test_cancelling_frees_the_core_of_compiled_code(api):
     job_id = await api.queue(HANGS)
-    await api.begun(job_id)
-    busy = max(children(os.getpid()), key=processor_time)
+    worker = await api.begun(job_id)
     response = await api.http.post(f"/v1/jobs/{job_id}/cancel")
-    await until(lambda: busy not in children(os.getpid()))
+    await until(lambda: not alive(worker))
 
     assert (response.status_code, response.json()["state"]) == (200, "cancelled")
     assert (await api.job(job_id))["error"] is None

@@ -74,12 +74,11 @@ def serving(data_dir: Path, port: int) -> Iterator[tuple[subprocess.Popen, httpx
 @pytest.mark.anyio
 async def test_a_job_whose_worker_is_killed_is_run_again(api):
     job_id = await api.queue(HANGS_ONCE)
-    await api.begun(job_id)
-    (worker,) = children(os.getpid())
+    worker = await api.begun(job_id)
     os.kill(worker, signal.SIGKILL)
 
     assert (await api.ended(job_id))["state"] == "succeeded"
-    assert children(os.getpid()) != [worker]
+    assert await api.begun(job_id) != worker
 
 
 @pytest.mark.anyio
@@ -95,14 +94,15 @@ async def test_a_job_that_kills_its_worker_once_succeeds_and_twice_fails(api):
 
 @pytest.mark.anyio
 async def test_an_idle_worker_that_dies_is_replaced(api):
-    await api.ended(await api.queue(FINE))
-    (worker,) = children(os.getpid())
+    job_id = await api.queue(FINE)
+    await api.ended(job_id)
+    worker = await api.begun(job_id)
     restarts = await api.metric("fingersplit_worker_restarts", "died")
     os.kill(worker, signal.SIGKILL)
     await api.until_metric(restarts + 1, "fingersplit_worker_restarts", "died")
     assert (await api.ended(await api.queue(FINE)))["state"] == "succeeded"
     assert (await api.http.get("/readyz")).json()["workers"] == 1
-    assert worker not in children(os.getpid())
+    assert not alive(worker)
 
 
 @pytest.mark.anyio
@@ -133,11 +133,9 @@ async def test_a_worker_that_was_replaced_meanwhile_is_not_given_to_two():
 
 @pytest.mark.anyio
 async def test_a_stopped_worker_is_replaced_and_its_job_runs_again(start, tmp_path):
-    others = children(os.getpid())
     async with start(tmp_path, worker_silence_s=0.5) as api:
         job_id = await api.queue(HANGS_ONCE)
-        await api.begun(job_id)
-        (worker,) = set(children(os.getpid())) - set(others)
+        worker = await api.begun(job_id)
         os.kill(worker, signal.SIGSTOP)
         job = await api.ended(job_id)
         assert (job["state"], job["attempts"]) == ("succeeded", 2)
