@@ -39,14 +39,19 @@ app.add_typer(hand_app, name="hand")
 app.command()(warm)
 
 
-def main() -> None:
-    """Run the program; bad input ends with one sentence on standard error and exit code 2."""
+def add_commands() -> None:
+    """Add the commands of the other installed distributions: client, service and benchmarks."""
     for entry in entry_points(group="fingersplit.commands"):
         command = entry.load()
         if isinstance(command, typer.Typer):
             app.add_typer(command, name=entry.name)
         else:
             app.command(entry.name)(command)
+
+
+def main() -> None:
+    """Run the program; bad input ends with one sentence on standard error and exit code 2."""
+    add_commands()
     try:
         app()
     except FingersplitError as error:
