@@ -1,4 +1,4 @@
-# make demo | test | test-all | serve | bench | lock | clean
+# make demo | test | test-all | serve | bench | docs | lock | clean
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
@@ -10,7 +10,7 @@ export PYTHONUNBUFFERED := 1
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-all serve bench lock clean
+.PHONY: help demo test test-all serve bench docs lock clean
 
 help:
 	@echo "make demo      set up, start the service, plan grasps for a mug, print them and write a picture"
@@ -18,6 +18,7 @@ help:
 	@echo "make test-all  the long campaigns: every object, hostile files, faults"
 	@echo "make serve     the service on http://127.0.0.1:8000 (interactive documentation at /docs)"
 	@echo "make bench     speed, quality and the paper's tables; report in build/bench"
+	@echo "make docs      the documentation site; in build/docs"
 	@echo "make lock      resolve the pinned requirements again (needs uv)"
 	@echo "make clean     remove .venv, build/ and compiled kernels"
 
@@ -39,6 +40,10 @@ test: $(VENV)/.dev $(VENV)/.kernels $(VENV)/.viewer
 
 test-all: $(VENV)/.dev $(VENV)/.kernels
 	$(BIN)/pytest -m campaign
+
+docs: $(VENV)/.dev
+	@$(BIN)/sphinx-build -q -W --keep-going -b html docs build/docs
+	@echo "==> Open build/docs/index.html"
 
 lock:
 	$(COMPILE_LOCK) --group build -o requirements/run.lock

@@ -1,4 +1,4 @@
-"""Grasp planning for multi-fingered hands by finger splitting: the public interface.
+"""Grasp planning for multi-fingered hands by finger splitting: the public interface::
 
     import fingersplit as fs
 
