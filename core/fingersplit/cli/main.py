@@ -13,7 +13,7 @@ from fingersplit.cli.recording import record, review, setup_viewer
 from fingersplit.cli.verifying import verify_stored
 from fingersplit.errors import FingersplitError
 
-__all__ = ["main"]
+__all__ = ["add_commands", "main"]
 
 BAD_INPUT = 2
 """Exit code for input that cannot be used; 1 means that no feasible grasp was found, or that none held."""
