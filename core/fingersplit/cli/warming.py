@@ -8,9 +8,8 @@ from fingersplit.objects.parametric import cylinder
 from fingersplit.objects.preparing import prepare_object
 from fingersplit.parallel_grasps.closing_kernel import close_jaws
 from fingersplit.planning.planning import plan
-from fingersplit.recording.posing import pose_links
+from fingersplit.recording.posing import points_in_collision, pose_links, reference_points
 from fingersplit.recording.shading import shade_hand
-from fingersplit.recording.surface_points import points_in_collision, reference_points
 
 __all__ = ["compile_kernels", "kernels_are_compiled"]
 

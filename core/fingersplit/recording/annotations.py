@@ -3,9 +3,8 @@
 from fingersplit.contacts.metrics import available_metrics
 from fingersplit.extras import extra
 from fingersplit.recording import colors
-from fingersplit.recording.planning_rows import phases_of
 from fingersplit.recording.replay import ReplayedGrasp
-from fingersplit.recording.simulation_rows import RecordedFrames
+from fingersplit.recording.series import RecordedFrames, phases_of
 from fingersplit.result.verification import Verification
 from fingersplit.splitting.trace import QUALITY
 

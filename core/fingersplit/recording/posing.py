@@ -1,4 +1,4 @@
-"""Where the links of a hand stand over many states at once, as viewers take it: positions and quaternions ``xyzw``."""
+"""Where hand and object stand over many states at once: poses of links, points in collision, points aimed at."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingersplit.hands.hand import Hand
-from fingersplit.recording.posing_kernel import pose_all_links
+from fingersplit.objects.model import ObjectModel
+from fingersplit.recording.posing_kernel import mark_points_in_collision, nearest_points, pose_all_links
 
-__all__ = ["HandLink", "Poses", "hand_links", "pose_links", "turn_z_to"]
+__all__ = ["HandLink", "Poses", "hand_links", "points_in_collision", "pose_links", "reference_points", "turn_z_to"]
 
 
 @dataclass(frozen=True)
@@ -78,3 +79,36 @@ def turn_z_to(directions: NDArray[np.float64]) -> NDArray[np.float64]:
     quaternions = np.stack([-y, x, np.zeros_like(x), 1 + z], axis=-1)
     quaternions[z < -1 + 1e-9] = (1.0, 0.0, 0.0, 0.0)
     return np.asarray(quaternions / np.linalg.norm(quaternions, axis=-1, keepdims=True))
+
+
+def points_in_collision(
+    hand: Hand,
+    model: ObjectModel,
+    joints: NDArray[np.float64],
+    palm_rotations: NDArray[np.float64],
+    palm_positions: NDArray[np.float64],
+) -> list[NDArray[np.float64]]:
+    """Collision points of the object that lie inside the hand, for every state.
+
+    Args:
+        hand: The hand.
+        model: The object.
+        joints: Joint angles, (T, N) [rad].
+        palm_rotations: ``object_from_palm`` rotations, (T, 3, 3).
+        palm_positions: Palm origins, (T, 3) [m].
+
+    Returns:
+        For each state the points inside, (n, 3) [m].
+    """
+    inside = np.zeros((len(joints), len(model.collision.points)), dtype=np.bool_)
+    states = np.array(joints), np.array(palm_rotations), np.array(palm_positions)
+    pose = hand.pose(np.zeros(joints.shape[1]))
+    mark_points_in_collision(hand.arrays, pose, *states, model.collision, model.distance, inside)
+    return [model.collision.points[row] for row in inside]
+
+
+def reference_points(model: ObjectModel, points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The surface point nearest to each of ``points`` (n, 3) [m], (n, 3) [m]."""
+    found = np.empty_like(points)
+    nearest_points(model.surface, np.ascontiguousarray(points), found)
+    return found

@@ -1,12 +1,18 @@
-"""The kernels behind ``pose_links``."""
+"""The kernels behind ``pose_links``, ``points_in_collision`` and ``reference_points``."""
 
 import math
 
-from fingersplit.compilation import kernel
-from fingersplit.hands.kinematics_kernel import move_fingers
-from fingersplit.vectors_kernel import get, put, vector
+import numpy as np
 
-__all__ = ["move_hand", "pose_all_links"]
+from fingersplit.compilation import kernel
+from fingersplit.hands.kinematics_kernel import move_fingers, place_on_link, place_shape
+from fingersplit.hands.shapes_kernel import shape_distance
+from fingersplit.objects.grid_kernel import cell_range
+from fingersplit.objects.signed_distance_kernel import least_distance
+from fingersplit.objects.surface_kernel import closest
+from fingersplit.vectors_kernel import get, put, rotate_back, subtract, vector
+
+__all__ = ["mark_points_in_collision", "move_hand", "nearest_points", "pose_all_links"]
 
 
 @kernel
@@ -56,3 +62,42 @@ def _put_quaternion(xyzw, rotation):
     length = math.sqrt(xyzw[0] ** 2 + xyzw[1] ** 2 + xyzw[2] ** 2 + xyzw[3] ** 2)
     for i in range(4):
         xyzw[i] /= length
+
+
+@kernel
+def mark_points_in_collision(hand, pose, joints, palm_rotations, palm_positions, grid, distance, inside):
+    """Only points in the spheres that cover a shape are looked at, as in ``splitting.collision``."""
+    rotation = np.empty((3, 3))
+    for row in range(len(joints)):
+        move_hand(hand, pose, joints[row], palm_rotations[row], palm_positions[row])
+        for shape in range(hand.shape_count):
+            center = place_on_link(hand, pose, shape, get(hand.shape_positions, shape))
+            if least_distance(distance, center) < hand.shape_radii[shape]:
+                place_shape(hand, pose, shape, rotation)
+                for sphere in range(hand.sphere_starts[shape], hand.sphere_starts[shape + 1]):
+                    middle = place_on_link(hand, pose, shape, get(hand.sphere_centers, sphere))
+                    ball = middle, hand.sphere_radii[sphere]
+                    if least_distance(distance, middle) < ball[1]:
+                        kind, size = hand.shape_kinds[shape], hand.shape_sizes[shape]
+                        _mark_in_shape(kind, size, rotation, center, grid, ball, inside[row])
+
+
+@kernel
+def _mark_in_shape(kind, size, rotation, center, grid, ball, inside):
+    """Mark the points in a shape, of the cells that a ball (centre, radius [m]) meets."""
+    low, high = cell_range(grid, ball[0], ball[1])
+    for x in range(low[0], high[0]):
+        for y in range(low[1], high[1]):
+            row = (x * grid.shape[1] + y) * grid.shape[2]
+            for i in range(grid.starts[row + low[2]], grid.starts[row + high[2]]):
+                if not inside[i]:
+                    local = rotate_back(rotation, subtract(get(grid.points, i), center))
+                    inside[i] = shape_distance(kind, size, local[0], local[1], local[2]) < 0.0
+
+
+@kernel
+def nearest_points(surface, points, found):
+    """The surface point nearest to each of ``points`` (n, 3) [m] into ``found``."""
+    for i in range(len(points)):
+        _, point, _ = closest(surface, get(points, i), -1)
+        put(found, i, point)

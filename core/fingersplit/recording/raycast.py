@@ -10,7 +10,7 @@ from embreex.rtcore_scene import EmbreeScene
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter, map_coordinates
 
-from fingersplit.recording.creases import shaded_corners
+from fingersplit.recording.shading import shaded_corners
 
 __all__ = ["Camera", "Layer", "render", "unobstructed"]
 

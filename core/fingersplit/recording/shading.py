@@ -1,5 +1,6 @@
 """Meshes as viewers draw them: single precision, with normals that are smooth except across creases."""
 
+import math
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -8,11 +9,36 @@ from numpy.typing import NDArray
 
 from fingersplit.hands.hand import Hand
 from fingersplit.objects.mesh import Mesh
-from fingersplit.recording.creases import shaded_corners
 from fingersplit.recording.posing import HandLink, hand_links
+from fingersplit.recording.shading_kernel import corners_of_vertices, smooth_patches, split_vertices
 from fingersplit.transforms import pose_matrix, transform_points
 
-__all__ = ["ShadedMesh", "shade_hand", "shade_object"]
+__all__ = ["CREASE", "ShadedMesh", "shade_hand", "shade_object", "shaded_corners"]
+
+CREASE = 0.6
+"""Faces that meet at a larger angle keep a sharp edge between them [rad]."""
+
+
+def shaded_corners(
+    vertices: NDArray[np.floating], faces: NDArray[np.integer]
+) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]:
+    """Vertices as they are drawn: one for every patch of faces that meets smoothly at a vertex.
+
+    Args:
+        vertices: Corner points, (n, 3) [m].
+        faces: Vertex indices, counter-clockwise seen from outside, (m, 3).
+
+    Returns:
+        The faces by drawn vertices (m, 3), the vertex that each of those stands for (k,), in ascending order, and its
+        unit outward normal (k, 3): the mean of its patch's faces by area, zero where they have none.
+    """
+    vertices, faces = np.array(vertices, dtype=np.float64), np.array(faces, dtype=np.int64)
+    starts, corners = corners_of_vertices(faces, len(vertices))
+    areas, units = np.empty(faces.shape), np.empty(faces.shape)
+    patches = smooth_patches(vertices, faces, starts, corners, math.cos(CREASE), areas, units)
+    drawn, vertex_of, normals = split_vertices(faces, starts, corners, patches, areas)
+    return drawn, vertex_of, normals
+
 
 NORMAL_STEPS = 256
 """Normals have components in so many steps from 0 to 1; they turn by less than 0.2 degrees for it."""

@@ -10,10 +10,9 @@ from fingersplit.objects.mesh import Mesh
 from fingersplit.objects.parametric import cylinder
 from fingersplit.objects.preparing import prepare_object
 from fingersplit.planning.planning import plan
-from fingersplit.recording.posing import hand_links, pose_links, turn_z_to
+from fingersplit.recording.posing import hand_links, points_in_collision, pose_links, turn_z_to
 from fingersplit.recording.raycast import Layer
 from fingersplit.recording.shading import shade_object
-from fingersplit.recording.surface_points import points_in_collision
 from fingersplit.transforms import pose_matrix
 
 

@@ -7,9 +7,9 @@ import pytest
 from fingersplit.objects.parametric import cylinder
 from fingersplit.objects.preparing import prepare_object
 from fingersplit.planning.planning import plan
+from fingersplit.recording.recording_file import Layout, recording_file
 from fingersplit.recording.replay import replay
 from fingersplit.recording.run_recording import write_recording
-from fingersplit.recording.stream import Layout, recording_file
 
 
 def test_a_process_that_has_written_many_recordings_keeps_nothing_of_them(barrett, tmp_path):

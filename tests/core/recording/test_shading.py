@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from fingersplit.recording.creases import CREASE, shaded_corners
+from fingersplit.recording.shading import CREASE, shaded_corners
 
 
 def by_definition(vertices, faces):
