@@ -91,7 +91,7 @@ def plan(
         str, typer.Option(help="What is done with the held object; see `fingersplit verify`.")
     ] = "lift",
     controller: Annotated[
-        str, typer.Option(help="virtual_frame, or squeeze for position-controlled hands.")
+        str, typer.Option(help="virtual_frame, or position_servo for position-controlled hands.")
     ] = "virtual_frame",
     simulated_friction: Annotated[
         float | None,

@@ -45,7 +45,7 @@ def verify_stored(
         list[str] | None, typer.Option(help="A number of the protocol as NAME=VALUE, such as height=0.1; repeatable.")
     ] = None,
     controller: Annotated[
-        str, typer.Option(help="virtual_frame, or squeeze for position-controlled hands.")
+        str, typer.Option(help="virtual_frame, or position_servo for position-controlled hands.")
     ] = "virtual_frame",
     friction: Annotated[
         float | None, typer.Option(help="Sliding friction in the simulation; default: the planned one.", min=0.0)

@@ -12,6 +12,7 @@ __all__ = [
     "PHASES",
     "REFERENCE",
     "STEP",
+    "fractions",
     "rgba",
 ]
 
@@ -33,3 +34,9 @@ def rgba(color: str) -> tuple[int, int, int, int]:
     """A colour ``#rrggbb`` as red, green, blue and full opacity, 0 to 255."""
     red, green, blue = bytes.fromhex(color[1:])
     return red, green, blue, 255
+
+
+def fractions(color: tuple[int, int, int, int]) -> tuple[float, float, float, float]:
+    """A colour of 0 to 255 as fractions of full red, green, blue and opacity."""
+    red, green, blue, opacity = color
+    return red / 255, green / 255, blue / 255, opacity / 255

@@ -65,7 +65,7 @@ class GraspView:
 
 def grasp_layers(mesh: Mesh, hand: PosableHand, state: GraspView) -> list[Layer]:
     """Object, hand, contact balls and arrows along the inward normals, in the object frame."""
-    layers = [Layer(mesh.vertices, mesh.faces, tuple(part / 255 for part in colors.OBJECT))]
+    layers = [Layer(mesh.vertices, mesh.faces, colors.fractions(colors.OBJECT))]
     for part, (name, vertices, faces) in enumerate(hand.posed_meshes(state.joints)):
         grey = LINK_GREYS[part % len(LINK_GREYS)] if name.startswith("finger") else PALM_GREY
         layers.append(Layer(transform_points(state.object_from_palm, vertices), faces, (grey, grey, grey, 1.0)))

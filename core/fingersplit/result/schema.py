@@ -33,10 +33,10 @@ from fingersplit.result.grasp import (
 from fingersplit.result.plan import PlannedObject, PlanResult, PlanSummary, PlanTimings, Provenance
 from fingersplit.result.scene import Clearance, FramePose, Relaxation, SceneSummary, Way, WorldPoses
 from fingersplit.result.verification import (
-    BranchReport,
     GripReport,
     PhaseReport,
     Reason,
+    TrialReport,
     Verification,
     VerificationSummary,
 )
@@ -50,7 +50,7 @@ SCHEMAS = Path(__file__).parents[3] / "clients" / "python" / "fingersplit_client
 MODULE = "fingersplit.result.schema"
 WIDTH = 120
 _NAMES: dict[Any, str] = {
-    BranchReport: "VerificationBranch",
+    TrialReport: "VerificationTrial",
     GraspResult: "Grasp",
     GripReport: "VerificationGrip",
     InitialGrasp: "InitialState",
@@ -65,7 +65,7 @@ _ALIASES: dict[str, tuple[Any, str]] = {
     "plan": (Termination, "Why a run of the planner ended."),
 }
 _CLASSES: dict[str, tuple[type, ...]] = {
-    "verification": (PhaseReport, BranchReport, GripReport, Verification, VerificationSummary),
+    "verification": (PhaseReport, TrialReport, GripReport, Verification, VerificationSummary),
     "plan": (
         ParallelContacts,
         PalmPose,

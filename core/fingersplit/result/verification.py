@@ -7,10 +7,10 @@ from typing import Literal
 from fingersplit.result.wire import Json, Vector3, described
 
 __all__ = [
-    "BranchReport",
     "GripReport",
     "PhaseReport",
     "Reason",
+    "TrialReport",
     "Verification",
     "VerificationSummary",
     "explanation",
@@ -49,9 +49,9 @@ _EXPLANATIONS: dict[str, str] = {
 }
 
 
-def slip_and_turn(branches: tuple["BranchReport", ...]) -> tuple[float | None, float | None]:
-    """Farthest that the object moved [m] and most that it turned [rad] in the hand, in any branch; None without one."""
-    phases = [phase for branch in branches for phase in branch.phases]
+def slip_and_turn(trials: tuple["TrialReport", ...]) -> tuple[float | None, float | None]:
+    """Farthest that the object moved [m] and most that it turned [rad] in the hand, in any trial; None without one."""
+    phases = [phase for trial in trials for phase in trial.phases]
     if not phases:
         return None, None
     return max(phase.displacement for phase in phases), max(phase.rotation for phase in phases)
@@ -86,10 +86,10 @@ class PhaseReport:
 
 
 @dataclass(frozen=True)
-class BranchReport:
+class TrialReport:
     """What was done after the squeeze, and the verdict on it."""
 
-    name: str = described("What distinguishes this branch, such as the direction of a pull")
+    name: str = described("What distinguishes this trial, such as the direction of a pull")
     passed: bool = described("Whether the object was held")
     reason: Reason = described("Why it was or was not")
     phases: tuple[PhaseReport, ...] = described("The phases; empty when the simulation diverged")
@@ -112,17 +112,17 @@ class Verification:
     """Report of a grasp's simulation."""
 
     protocol: str = described("Name of the protocol")
-    passed: bool = described("Whether the grasp held in every branch")
+    passed: bool = described("Whether the grasp held in every trial")
     held_firmly: bool = described(
         f"Whether it held with a slip below {1e3 * FIRM_SLIP:g} mm and a turn below {degrees(FIRM_TURN):g} degrees"
     )
     slip: float | None = described(
-        "Farthest that the object moved in the hand in any branch; null when no branch was simulated", "m"
+        "Farthest that the object moved in the hand in any trial; null when no trial was simulated", "m"
     )
     turn: float | None = described(
-        "Most that the object turned in the hand in any branch; null when no branch was simulated", "rad"
+        "Most that the object turned in the hand in any trial; null when no trial was simulated", "rad"
     )
-    reason: Reason = described("Why it passed or not; of several failed branches, the first one's reason")
+    reason: Reason = described("Why it passed or not; of several failed trials, the first one's reason")
     explanation: str = described("The reason in a sentence")
     simulator: str = described("Name and version of the simulator")
     settings: dict[str, Json] = described(
@@ -131,7 +131,7 @@ class Verification:
     initial_penetration: float = described("Deepest that the planned hand lies inside the object", "m")
     grip: GripReport = described("How hard the fingers were to grip")
     squeeze: PhaseReport | None = described("The squeeze; null when the simulation did not get there")
-    branches: tuple[BranchReport, ...] = described("What was done after the squeeze")
+    trials: tuple[TrialReport, ...] = described("What was done after the squeeze")
     time_ms: float = described("Time that the verification took", "ms")
 
 

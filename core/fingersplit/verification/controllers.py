@@ -109,7 +109,7 @@ class VirtualFrame(Controller):
 class PositionServo(Controller):
     """For hands that take positions: each joint is sent past its planned angle until it presses with its torque."""
 
-    name: ClassVar[str] = "squeeze"
+    name: ClassVar[str] = "position_servo"
 
     give: float = setting(0.1, "rad", "Deviation at which a joint's servo spends its torque limit.", 1e-3, 1.0)
     damping_time: float = setting(0.02, "s", "Damping over stiffness of a servo.", 0.0, 1.0)

@@ -12,7 +12,7 @@ __all__ = ["SimulationFrames"]
 class SimulationFrames:
     """What happened, about 100 frames a second; world frame, which is the object frame when the simulation starts.
 
-    Branches follow each other: each begins where the squeeze ended, and its phases carry its name.
+    Trials follow each other: each begins where the squeeze ended, and its phases carry its name.
 
     Attributes:
         times: Time of each frame, (T,) [s].

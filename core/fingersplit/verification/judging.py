@@ -6,13 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingersplit.hands.hand import Hand
-from fingersplit.result.verification import BranchReport, PhaseReport, Reason
+from fingersplit.result.verification import PhaseReport, Reason, TrialReport
 from fingersplit.transforms import wxyz_from_rotation
 from fingersplit.verification.frames import SimulationFrames
-from fingersplit.verification.protocol import Branch, Phase, Protocol
+from fingersplit.verification.protocol import Phase, Protocol, Trial
 from fingersplit.verification.simulation import SimulationTrack
 
-__all__ = ["is_decided", "judge_branch", "measure_phase", "phase_rows", "simulation_frames"]
+__all__ = ["is_decided", "judge_trial", "measure_phase", "phase_rows", "simulation_frames"]
 
 FRAME_RATE = 100.0
 """[1/s]"""
@@ -27,7 +27,7 @@ DRIFT_FACTOR = 2.0
 
 
 def phase_rows(phases: Sequence[Phase], step: float, steps: int) -> list[slice]:
-    """Rows of a branch's track of ``steps`` rows that belong to each phase that was begun."""
+    """Rows of a trial's track of ``steps`` rows that belong to each phase that was begun."""
     ends = np.minimum(np.cumsum([round(phase.duration / step) for phase in phases]), steps)
     return [slice(int(begin), int(end)) for begin, end in zip([0, *ends[:-1]], ends, strict=True) if end > begin]
 
@@ -35,7 +35,7 @@ def phase_rows(phases: Sequence[Phase], step: float, steps: int) -> list[slice]:
 def is_decided(
     protocol: Protocol, center_of_mass: NDArray[np.float64], track: SimulationTrack, time_left: float
 ) -> bool:
-    """Whether a branch's verdict stands before its end, the load being as large as it gets.
+    """Whether a trial's verdict stands before its end, the load being as large as it gets.
 
     It has failed once a limit is passed. It will hold when the object's motion in the hand and the force of every
     finger, changing on at ``DRIFT_FACTOR`` times their present rates for the time that is left [s], stay inside the
@@ -96,28 +96,28 @@ def measure_phase(
     )
 
 
-def judge_branch(
+def judge_trial(
     hand: Hand,
     protocol: Protocol,
-    branch: Branch,
+    trial: Trial,
     track: SimulationTrack,
     mass: float,
     center: NDArray[np.float64],
     limited: bool,
-) -> BranchReport:
-    """Numbers of every phase of a branch, and the verdict on it; ``limited`` says whether torques cap the grip."""
+) -> TrialReport:
+    """Numbers of every phase of a trial, and the verdict on it; ``limited`` says whether torques cap the grip."""
     if not track.stable:
-        return BranchReport(branch.name, passed=False, reason="unstable_simulation", phases=())
+        return TrialReport(trial.name, passed=False, reason="unstable_simulation", phases=())
     reports = tuple(
         measure_phase(
-            hand, phase.name, track, rows, center, mass * (np.asarray(branch.gravity) + np.asarray(phase.pull))
+            hand, phase.name, track, rows, center, mass * (np.asarray(trial.gravity) + np.asarray(phase.pull))
         )
         for phase, rows in zip(
-            branch.phases, phase_rows(branch.phases, protocol.time_step, len(track.times)), strict=False
+            trial.phases, phase_rows(trial.phases, protocol.time_step, len(track.times)), strict=False
         )
     )
     reason = _verdict(protocol, reports, limited)
-    return BranchReport(branch.name, passed=reason == "held", reason=reason, phases=reports)
+    return TrialReport(trial.name, passed=reason == "held", reason=reason, phases=reports)
 
 
 def _verdict(protocol: Protocol, phases: tuple[PhaseReport, ...], limited: bool) -> Reason:
@@ -148,13 +148,13 @@ def simulation_frames(
     object_from_palm: NDArray[np.float64],
     step: float,
     squeeze: SimulationTrack,
-    branches: Sequence[tuple[Branch, SimulationTrack]],
+    trials: Sequence[tuple[Trial, SimulationTrack]],
 ) -> SimulationFrames:
     """The tracks one after the other, in the world, thinned to ``FRAME_RATE``."""
     stretches = [("squeeze", squeeze, slice(0, len(squeeze.times)))]
-    for branch, track in branches:
-        for phase, rows in zip(branch.phases, phase_rows(branch.phases, step, len(track.times)), strict=False):
-            stretches.append((f"{branch.name}: {phase.name}", track, rows))
+    for trial, track in trials:
+        for phase, rows in zip(trial.phases, phase_rows(trial.phases, step, len(track.times)), strict=False):
+            stretches.append((f"{trial.name}: {phase.name}", track, rows))
     stride = max(1, round(1 / (FRAME_RATE * step)))
     kept = [(track, range(rows.start + stride - 1, rows.stop, stride)) for _, track, rows in stretches]
     counts = [len(rows) for _, rows in kept]

@@ -1,4 +1,4 @@
-"""What is done to a held object and when it counts as held: numbers, and the branches that they mean."""
+"""What is done to a held object and when it counts as held: numbers, and the trials that they mean."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from fingersplit.errors import SettingsError
 
-__all__ = ["REFERENCE_FRICTION", "Branch", "Phase", "Protocol", "at_rest", "setting"]
+__all__ = ["REFERENCE_FRICTION", "Phase", "Protocol", "Trial", "at_rest", "setting"]
 
 Motion = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 """Palm displacement (T, 3) [m], world frame, by time since the phase began (T,) [s]."""
@@ -49,11 +49,11 @@ class Phase:
 
 
 @dataclass(frozen=True)
-class Branch:
+class Trial:
     """Phases that follow the squeeze, all under one gravity.
 
     Attributes:
-        name: What distinguishes this branch.
+        name: What distinguishes this trial.
         phases: One after the other.
         gravity: World frame [m/s^2].
     """
@@ -65,9 +65,9 @@ class Branch:
 
 @dataclass(frozen=True)
 class Protocol(ABC):
-    """Numbers that every protocol has; each subclass says in ``branches`` what it does after the squeeze.
+    """Numbers that every protocol has; each subclass says in ``trials`` what it does after the squeeze.
 
-    Every branch starts from the same squeezed grasp.
+    Every trial starts from the same squeezed grasp.
 
     Raises:
         SettingsError: A value outside its range.
@@ -86,7 +86,7 @@ class Protocol(ABC):
     squeeze_time: float = setting(0.3, "s", "Time to close and squeeze, without gravity.", 0.05, 10.0)
     time_step: float = setting(0.002, "s", "Simulation step.", 1e-4, 0.005)
     decided_after: float | None = setting(
-        None, "s", "Time from which a branch whose verdict stands may end; none runs every phase to its end.", 0.1, 60.0
+        None, "s", "Time from which a trial whose verdict stands may end; none runs every phase to its end.", 0.1, 60.0
     )
     largest_displacement: float = setting(0.02, "m", "Most that the object may move in the hand.", 0.0, 1.0)
     largest_rotation: float = setting(radians(15.0), "rad", "Most that it may turn in the hand.", 0.0, 3.2)
@@ -107,7 +107,7 @@ class Protocol(ABC):
 
     @property
     @abstractmethod
-    def branches(self) -> tuple[Branch, ...]:
+    def trials(self) -> tuple[Trial, ...]:
         """What is done after the squeeze, each from the same start."""
 
     def with_values(self, values: dict[str, Any]) -> Self:

@@ -12,7 +12,7 @@ from fingersplit.objects.convex_pieces import ConvexPieces
 from fingersplit.objects.model import ObjectModel
 from fingersplit.result.grasp import GraspResult
 from fingersplit.result.plan import PlanResult
-from fingersplit.result.verification import BranchReport, GripReport, Verification, explanation, is_firm
+from fingersplit.result.verification import GripReport, TrialReport, Verification, explanation, is_firm
 from fingersplit.scene.attaching import attach_bodies
 from fingersplit.scene.constraints import Constraints
 from fingersplit.scene.preparing import PreparedScene, prepare_scene
@@ -100,7 +100,7 @@ class ResultPicks:
             initial_penetration=0.0,
             grip=GripReport(forces=report.grip_forces, violation=report.grip_violation),
             squeeze=None,
-            branches=(BranchReport("pick", report.reason == "held", report.reason, ()),),
+            trials=(TrialReport("pick", report.reason == "held", report.reason, ()),),
             time_ms=1e3 * (perf_counter() - began),
         )
 

@@ -1,4 +1,4 @@
-"""Running a protocol: squeeze once, then every branch from there, all in MuJoCo's threaded rollout."""
+"""Running a protocol: squeeze once, then every trial from there, all in MuJoCo's threaded rollout."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -11,16 +11,16 @@ from numpy.typing import NDArray
 
 from fingersplit.contacts.grip import Grip
 from fingersplit.verification.controllers import Controller
-from fingersplit.verification.protocol import Branch
+from fingersplit.verification.protocol import Trial
 from fingersplit.verification.scene import Scene
 
-__all__ = ["SimulationTrack", "open_fingers", "run_branches", "run_squeeze"]
+__all__ = ["SimulationTrack", "open_fingers", "run_squeeze", "run_trials"]
 
 CLEARANCE = 0.2e-3
 """Fingers open until their pads are this far from the pieces [m]."""
 OPENING_STEPS = 12
 CHECK_INTERVAL = 0.25
-"""How often an undecided branch is looked at again [s]."""
+"""How often an undecided trial is looked at again [s]."""
 _STATE = mujoco.mjtState.mjSTATE_FULLPHYSICS
 _CONTROL = mujoco.mjtState.mjSTATE_CTRL | mujoco.mjtState.mjSTATE_XFRC_APPLIED
 
@@ -116,41 +116,41 @@ def run_squeeze(
     return SimulationTrack.from_rollout(scene, start[0], still, states[0], sensors[0])
 
 
-def run_branches(
+def run_trials(
     scene: Scene,
     controller: Controller,
-    branches: tuple[Branch, ...],
+    trials: tuple[Trial, ...],
     mass: float,
     decided_after: float | None,
     is_decided: Callable[[SimulationTrack, float], bool],
     threads: int,
 ) -> list[SimulationTrack]:
-    """Every branch from the squeezed grasp that the scene stands in, on up to ``threads`` threads.
+    """Every trial from the squeezed grasp that the scene stands in, on up to ``threads`` threads.
 
     Args:
         scene: The squeezed grasp.
         controller: What holds it.
-        branches: What is done.
+        trials: What is done.
         mass: Of the object [kg].
-        decided_after: Time from which a branch may end before its last phase does [s]; None runs all to their ends.
-        is_decided: Whether a branch may end, given its track so far and the time that is left [s].
-        threads: Branches simulated at a time.
+        decided_after: Time from which a trial may end before its last phase does [s]; None runs all to their ends.
+        is_decided: Whether a trial may end, given its track so far and the time that is left [s].
+        threads: Trials simulated at a time.
     """
     step = scene.model.opt.timestep
     held = controller.hold(scene, scene.data.ctrl.copy())
-    models = [scene.model, *(scene.copy().model for _ in branches[1:])]
+    models = [scene.model, *(scene.copy().model for _ in trials[1:])]
     paths, controls = [], []
-    for model, branch in zip(models, branches, strict=True):
-        model.opt.gravity = branch.gravity
-        path, forces = _schedule(scene, branch, mass)
+    for model, trial in zip(models, trials, strict=True):
+        model.opt.gravity = trial.gravity
+        path, forces = _schedule(scene, trial, mass)
         paths.append(path)
         controls.append(_with_forces(scene, np.tile(held, (len(path), 1)), forces, _accelerations(path, step)))
     longest = max(len(path) for path in paths)
     controls = [np.pad(rows, ((0, longest - len(rows)), (0, 0)), mode="edge") for rows in controls]
     start = _state(scene)
-    parts: list[list[tuple[NDArray[Any], NDArray[Any]]]] = [[] for _ in branches]
+    parts: list[list[tuple[NDArray[Any], NDArray[Any]]]] = [[] for _ in trials]
     tracks: dict[int, SimulationTrack] = {}
-    running = list(range(len(branches)))
+    running = list(range(len(trials)))
     for begin, end in _stretches(longest, step, decided_after):
         starts = np.stack([parts[b][-1][0][-1] if parts[b] else start for b in running])
         rows = np.stack([controls[b][begin:end] for b in running])
@@ -164,11 +164,11 @@ def run_branches(
         ]
         if not running:
             break
-    return [tracks[b] for b in range(len(branches))]
+    return [tracks[b] for b in range(len(trials))]
 
 
 def _stretches(steps: int, step: float, decided_after: float | None) -> list[tuple[int, int]]:
-    """First and last step of every stretch after which branches are looked at."""
+    """First and last step of every stretch after which trials are looked at."""
     if decided_after is None:
         return [(0, steps)]
     ends = [round(decided_after / step), *range(0, steps, max(1, round(CHECK_INTERVAL / step))), steps]
@@ -176,11 +176,11 @@ def _stretches(steps: int, step: float, decided_after: float | None) -> list[tup
     return list(zip([0, *ends[:-1]], ends, strict=True))
 
 
-def _schedule(scene: Scene, branch: Branch, mass: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """The palm's path and the force that pulls the object in a branch, (T, 3) [m] and (T, 3) [N]."""
+def _schedule(scene: Scene, trial: Trial, mass: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The palm's path and the force that pulls the object in a trial, (T, 3) [m] and (T, 3) [N]."""
     step, offset = scene.model.opt.timestep, np.zeros(3)
     paths, forces = [], []
-    for phase in branch.phases:
+    for phase in trial.phases:
         times = step * np.arange(1, round(phase.duration / step) + 1)
         paths.append(offset + phase.motion(times))
         forces.append(np.tile(mass * np.asarray(phase.pull, np.float64), (len(times), 1)))

@@ -19,10 +19,10 @@ from fingersplit.hands.hand import Hand
 from fingersplit.objects.convex_pieces import ConvexPieces
 from fingersplit.objects.model import ObjectModel
 from fingersplit.result.verification import (
-    BranchReport,
     GripReport,
     PhaseReport,
     Reason,
+    TrialReport,
     Verification,
     explanation,
     is_firm,
@@ -30,12 +30,12 @@ from fingersplit.result.verification import (
 )
 from fingersplit.verification.controllers import Controller, load_controller
 from fingersplit.verification.frames import SimulationFrames
-from fingersplit.verification.judging import is_decided, judge_branch, measure_phase, simulation_frames
+from fingersplit.verification.judging import is_decided, judge_trial, measure_phase, simulation_frames
 from fingersplit.verification.protocol import REFERENCE_FRICTION, Phase, Protocol
 from fingersplit.verification.protocols import load_protocol
 from fingersplit.verification.protocols.pick import Pick
 from fingersplit.verification.scene import Scene
-from fingersplit.verification.simulation import run_branches, run_squeeze
+from fingersplit.verification.simulation import run_squeeze, run_trials
 
 __all__ = ["Simulated", "repeat_simulation", "simulate", "verify"]
 
@@ -77,8 +77,8 @@ def verify(
         friction: Sliding friction between hand and object in the simulation, one number or one a finger.
         planned_friction: Sliding friction that the grip force is planned for.
         mass: Mass of the object [kg]; None for ``model.mass``. A protocol that sets a mass overrules both.
-        controller: ``"virtual_frame"``, ``"squeeze"``, or one with numbers of one's own.
-        threads: Branches simulated at a time.
+        controller: ``"virtual_frame"``, ``"position_servo"``, or one with numbers of one's own.
+        threads: Trials simulated at a time.
 
     Raises:
         SettingsError: An unknown protocol or controller, or a friction or mass out of range.
@@ -134,7 +134,7 @@ def simulate(
         outcome = _Outcome("initial_penetration")
     else:
         outcome = _simulate(scene, grasp, protocol, controller, grip, threads)
-    held, (slip, turn) = outcome.reason == "held", slip_and_turn(outcome.branches)
+    held, (slip, turn) = outcome.reason == "held", slip_and_turn(outcome.trials)
     report = Verification(
         protocol=protocol.name,
         passed=held,
@@ -158,7 +158,7 @@ def simulate(
         initial_penetration=penetration,
         grip=_grip_report(grip),
         squeeze=outcome.squeeze,
-        branches=outcome.branches,
+        trials=outcome.trials,
         time_ms=1e3 * (perf_counter() - began),
     )
     return Simulated(report, outcome.frames)
@@ -199,31 +199,31 @@ def _grip_report(grip: Grip) -> GripReport:
 class _Outcome:
     reason: Reason
     squeeze: PhaseReport | None = None
-    branches: tuple[BranchReport, ...] = ()
+    trials: tuple[TrialReport, ...] = ()
     frames: SimulationFrames | None = None
 
 
 def _simulate(
     scene: Scene, grasp: Grasp, protocol: Protocol, controller: Controller, grip: Grip, threads: int
 ) -> _Outcome:
-    """Squeeze, run every branch, judge."""
+    """Squeeze, run every trial, judge."""
     squeeze = run_squeeze(scene, controller, grip, protocol.squeeze_time, grasp.normals)
     if not squeeze.stable:
         return _Outcome("unstable_simulation")
     mass, center = float(scene.model.body_mass[scene.object_body]), scene.model.body_ipos[scene.object_body].copy()
     squeezed = measure_phase(scene.hand, "squeeze", squeeze, slice(0, len(squeeze.times)), center, np.zeros(3))
-    tracks = run_branches(
+    tracks = run_trials(
         scene,
         controller,
-        protocol.branches,
+        protocol.trials,
         mass,
         protocol.decided_after,
         partial(is_decided, protocol, center),
         threads,
     )
-    pairs = list(zip(protocol.branches, tracks, strict=True))
-    reports = tuple(judge_branch(scene.hand, protocol, *pair, mass, center, grip.limited) for pair in pairs)
-    failures: list[Reason] = [branch.reason for branch in reports if branch.reason != "held"]
+    pairs = list(zip(protocol.trials, tracks, strict=True))
+    reports = tuple(judge_trial(scene.hand, protocol, *pair, mass, center, grip.limited) for pair in pairs)
+    failures: list[Reason] = [trial.reason for trial in reports if trial.reason != "held"]
     reason = failures[0] if failures else "held"
     frames = simulation_frames(grasp.object_from_palm, protocol.time_step, squeeze, pairs)
     return _Outcome(reason, squeezed, reports, frames)
@@ -234,9 +234,9 @@ def _grip_problem(
 ) -> GripProblem:
     """What the grip must do in the scene: carry the object, and keep the fingers on it although they are heavy, too."""
     loads, fastest = [np.zeros(3)], 0.0
-    for branch in protocol.branches:
-        for phase in branch.phases:
-            steady = np.asarray(branch.gravity) + np.asarray(phase.pull)
+    for trial in protocol.trials:
+        for phase in trial.phases:
+            steady = np.asarray(trial.gravity) + np.asarray(phase.pull)
             accelerations = _extreme_accelerations(phase)
             loads += [steady - acceleration for acceleration in accelerations]
             fastest = max(fastest, float(np.linalg.norm(accelerations, axis=1).max()))

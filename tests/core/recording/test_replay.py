@@ -46,7 +46,7 @@ def test_the_history_is_that_of_the_run_that_found_the_grasp(model, barrett, fid
 def test_the_simulations_are_those_that_verified_the_grasp(model, barrett):
     pieces = decompose(model.mesh)
     planned = plan(model, barrett, friction=0.5, **OPTIONS)
-    options = {"protocol": "gravity_six", "controller": "squeeze", "friction": 0.45}
+    options = {"protocol": "gravity_six", "controller": "position_servo", "friction": 0.45}
     result = stored(verify_ranked(planned, model, barrett, pieces, verified=1, initial=True, **options))
     replayed = replay(result, 1, model, barrett, lambda: pieces)
     for grasp, frames in ((result.grasps[0], replayed.frames), (result.grasps[0].initial, replayed.initial_frames)):

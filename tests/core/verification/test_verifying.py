@@ -35,11 +35,11 @@ def simulate_grasp(planned, barrett):
 
 
 @pytest.mark.parametrize("name", OBJECTS)
-@pytest.mark.parametrize("controller", ["virtual_frame", "squeeze"])
+@pytest.mark.parametrize("controller", ["virtual_frame", "position_servo"])
 def test_planned_grasp_is_lifted_and_its_contact_forces_carry_the_weight(simulate_grasp, planned, name, controller):
     report, frames = simulate_grasp(name, "lift_full", controller=controller)
     assert (report.passed, report.reason) == (True, "held")
-    hold = report.branches[0].phases[-1]
+    hold = report.trials[0].phases[-1]
     weight = planned(name)[0].model.mass * 9.81
     assert hold.load == pytest.approx((0, 0, -weight), abs=1e-9)
     np.testing.assert_allclose(hold.contact_force, (0, 0, weight), atol=0.01 * weight)
@@ -57,8 +57,8 @@ def test_an_early_verdict_is_that_of_the_whole_lift(try_grasp, planned, name, fr
     for grasp in (one.run.final for one in planned(name)[0].grasps):
         early, whole = (try_grasp(name, p, grasp=grasp, friction=friction) for p in ("lift", "lift_full"))
         assert early.passed == whole.passed
-        early_time += sum(phase.duration for phase in early.branches[0].phases)
-        whole_time += sum(phase.duration for phase in whole.branches[0].phases)
+        early_time += sum(phase.duration for phase in early.trials[0].phases)
+        whole_time += sum(phase.duration for phase in whole.trials[0].phases)
     assert early_time < 0.5 * whole_time
 
 
@@ -95,7 +95,7 @@ def test_slippery_mug_drops_unless_it_slides_until_it_hangs_on_the_fingers(try_g
     ]
     hanging = [report for report in reports if report.passed]
     assert len(hanging) <= 1
-    assert all(phase.displacement > 0.01 for report in hanging for branch in report.branches for phase in branch.phases)
+    assert all(phase.displacement > 0.01 for report in hanging for trial in report.trials for phase in trial.phases)
 
 
 def test_grip_knows_the_planned_friction_only(try_grasp):
@@ -139,16 +139,16 @@ def test_grasp_moved_15_mm_off_fails(try_grasp, planned, name, sign):
 
 def test_repeats_are_identical_whatever_came_before_and_on_any_number_of_threads(try_grasp, simulate_grasp, planned):
     first = simulate_grasp("box", "six_direction")
-    try_grasp("box", "shake", grasp=planned("box")[0].grasps[1].run.final, friction=0.3, mass=1.0, controller="squeeze")
+    try_grasp("box", "shake", grasp=planned("box")[0].grasps[1].run.final, friction=0.3, mass=1.0, controller="position_servo")
     again = simulate_grasp("box", "six_direction", threads=2)
-    assert first.report.branches == again.report.branches
+    assert first.report.trials == again.report.trials
     np.testing.assert_array_equal(first.frames.object_positions, again.frames.object_positions)
 
 
 def test_a_report_says_all_that_its_simulation_needs_to_be_repeated(simulate_grasp, planned, barrett):
     plan, pieces = planned("box")
     protocol = load_protocol("lift", {"height": 0.1, "torsional_friction": 0.003})
-    controller = load_controller("squeeze", {"give": 0.2})
+    controller = load_controller("position_servo", {"give": 0.2})
     first = simulate_grasp("box", protocol, friction=0.5, planned_friction=0.7, mass=0.3, controller=controller)
     again = repeat_simulation(first.report, plan.grasps[0].run.final, barrett, plan.model, pieces)
     assert replace(first.report, time_ms=0.0) == replace(again.report, time_ms=0.0)
@@ -168,7 +168,7 @@ def test_what_the_hand_cannot_carry_is_lost_at_the_torque_limits(try_grasp, barr
     assert report.reason == "joint_torque_saturated"
     assert report.grip.limited
     assert not try_grasp(name).grip.limited
-    assert {joint for phase in report.branches[0].phases for joint in phase.saturated_joints} <= set(
+    assert {joint for phase in report.trials[0].phases for joint in phase.saturated_joints} <= set(
         barrett.joint_names
     )
 
@@ -187,10 +187,10 @@ def test_hand_inside_the_object_is_an_initial_penetration(planned, barrett):
 def test_six_directions_are_six_branches_with_their_loads(simulate_grasp):
     report, frames = simulate_grasp("box", "six_direction")
     assert report.passed
-    loads = np.array([branch.phases[0].load for branch in report.branches])
+    loads = np.array([trial.phases[0].load for trial in report.trials])
     np.testing.assert_allclose(loads, np.repeat(np.eye(3), 2, axis=0) * np.tile([1, -1], 3)[:, None], atol=1e-12)
-    for branch in report.branches:
-        np.testing.assert_allclose(np.add(branch.phases[0].contact_force, branch.phases[0].load), 0, atol=0.01)
+    for trial in report.trials:
+        np.testing.assert_allclose(np.add(trial.phases[0].contact_force, trial.phases[0].load), 0, atol=0.01)
     assert report.settings["mass"] == 0.1
     assert len(frames.phase_names) == 7
 
@@ -201,18 +201,18 @@ def test_every_preset_runs_and_says_what_it_did(try_grasp, name):
     assert report.protocol == name
     assert report.simulator.startswith("MuJoCo ")
     assert report.settings["protocol"] == load_protocol(name).to_document()
-    phases = [phase for branch in report.branches for phase in branch.phases]
+    phases = [phase for trial in report.trials for phase in trial.phases]
     assert report.slip == max(phase.displacement for phase in phases)
     assert report.turn == max(phase.rotation for phase in phases)
     assert report.held_firmly == (report.passed and report.slip < 5e-3 and report.turn < np.radians(5))
-    assert len(report.branches) == len(load_protocol(name).branches)
+    assert len(report.trials) == len(load_protocol(name).trials)
 
 
 def test_palm_is_at_rest_before_and_after_every_motion():
     times = np.linspace(0, 1, 2001)
     for protocol in available_protocols().values():
-        for branch in protocol.branches:
-            for phase in branch.phases:
+        for trial in protocol.trials:
+            for phase in trial.phases:
                 path = phase.motion(phase.duration * times)
                 steps = np.linalg.norm(np.diff(path, axis=0), axis=1)
                 assert np.linalg.norm(path[0]) < 1e-12
@@ -229,9 +229,9 @@ def test_palm_is_at_rest_before_and_after_every_motion():
         (lambda: load_protocol("lift", {"hight": 0.1}), "Protocol 'lift' has no number 'hight'"),
         (lambda: load_protocol("lift", {"height": 5.0}), "'height' of protocol 'lift' is 5.0; allowed: 0 to 1."),
         (lambda: load_protocol("lift", {"height": "high"}), "'height' of protocol 'lift' is 'high'"),
-        (lambda: load_controller("magic"), "Unknown controller 'magic'; known: virtual_frame, squeeze."),
-        (lambda: load_controller("squeeze", {"stiffness": 1.0}), "Controller 'squeeze' has no number 'stiffness'"),
-        (lambda: load_controller("squeeze", {"give": 0.0}), "'give' of controller 'squeeze' is 0.0"),
+        (lambda: load_controller("magic"), "Unknown controller 'magic'; known: virtual_frame, position_servo."),
+        (lambda: load_controller("position_servo", {"stiffness": 1.0}), "Controller 'position_servo' has no number 'stiffness'"),
+        (lambda: load_controller("position_servo", {"give": 0.0}), "'give' of controller 'position_servo' is 0.0"),
     ],
 )
 def test_bad_numbers_are_refused_with_what_would_be_right(call, sentence):

@@ -60,11 +60,11 @@ from fingersplit_client.schemas.resources import (
 )
 from fingersplit_client.schemas.verification import (
     Verification,
-    VerificationBranch,
     VerificationGrip,
     VerificationPhase,
     VerificationReason,
     VerificationSummary,
+    VerificationTrial,
 )
 
 __all__ = [
@@ -127,10 +127,10 @@ __all__ = [
     "Unit",
     "Vector3",
     "Verification",
-    "VerificationBranch",
     "VerificationGrip",
     "VerificationPhase",
     "VerificationReason",
     "VerificationState",
     "VerificationSummary",
+    "VerificationTrial",
 ]

@@ -33,7 +33,7 @@ JobState = Literal["queued", "running", "succeeded", "failed", "cancelled"]
 ProtocolName = Literal["gravity_six", "lift", "lift_full", "pick", "shake", "six_direction", "six_direction_hard"]
 """What grasps can be tried with in simulation."""
 
-ControllerName = Literal["squeeze", "virtual_frame"]
+ControllerName = Literal["position_servo", "virtual_frame"]
 """How the hand can be controlled in simulation."""
 
 

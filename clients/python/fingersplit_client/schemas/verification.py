@@ -11,11 +11,11 @@ from fingersplit_client.schemas.base import Document, Vector3
 
 __all__ = [
     "Verification",
-    "VerificationBranch",
     "VerificationGrip",
     "VerificationPhase",
     "VerificationReason",
     "VerificationSummary",
+    "VerificationTrial",
 ]
 
 VerificationReason = Literal[
@@ -52,10 +52,10 @@ class VerificationPhase(Document):
     saturated_joints: list[str] = Field(description="Joints that spent a tenth of the phase at their torque limit.")
 
 
-class VerificationBranch(Document):
+class VerificationTrial(Document):
     """What was done after the squeeze, and the verdict on it."""
 
-    name: str = Field(description="What distinguishes this branch, such as the direction of a pull.")
+    name: str = Field(description="What distinguishes this trial, such as the direction of a pull.")
     passed: bool = Field(description="Whether the object was held.")
     reason: VerificationReason = Field(description="Why it was or was not.")
     phases: list[VerificationPhase] = Field(description="The phases; empty when the simulation diverged.")
@@ -76,16 +76,16 @@ class Verification(Document):
     """Report of a grasp's simulation."""
 
     protocol: str = Field(description="Name of the protocol.")
-    passed: bool = Field(description="Whether the grasp held in every branch.")
+    passed: bool = Field(description="Whether the grasp held in every trial.")
     held_firmly: bool = Field(description="Whether it held with a slip below 5 mm and a turn below 5 degrees.")
     slip: float | None = Field(
-        description="Farthest that the object moved in the hand in any branch [m]; null when no branch was simulated."
+        description="Farthest that the object moved in the hand in any trial [m]; null when no trial was simulated."
     )
     turn: float | None = Field(
-        description="Most that the object turned in the hand in any branch [rad]; null when no branch was simulated."
+        description="Most that the object turned in the hand in any trial [rad]; null when no trial was simulated."
     )
     reason: VerificationReason = Field(
-        description="Why it passed or not; of several failed branches, the first one's reason."
+        description="Why it passed or not; of several failed trials, the first one's reason."
     )
     explanation: str = Field(description="The reason in a sentence.")
     simulator: str = Field(description="Name and version of the simulator.")
@@ -95,7 +95,7 @@ class Verification(Document):
     initial_penetration: float = Field(description="Deepest that the planned hand lies inside the object [m].")
     grip: VerificationGrip = Field(description="How hard the fingers were to grip.")
     squeeze: VerificationPhase | None = Field(description="The squeeze; null when the simulation did not get there.")
-    branches: list[VerificationBranch] = Field(description="What was done after the squeeze.")
+    trials: list[VerificationTrial] = Field(description="What was done after the squeeze.")
     time_ms: float = Field(description="Time that the verification took [ms].")
 
 

@@ -5,7 +5,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from fingersplit.verification.protocol import Branch, Phase, Protocol, setting
+from fingersplit.verification.protocol import Phase, Protocol, Trial, setting
 
 __all__ = ["GravitySix"]
 
@@ -20,10 +20,10 @@ class GravitySix(Protocol):
     hold_time: float = setting(1.0, "s", "How long each gravity lasts.", 0.1, 60.0)
 
     @property
-    def branches(self) -> tuple[Branch, ...]:
+    def trials(self) -> tuple[Trial, ...]:
         """Six gravities."""
         return tuple(
-            Branch(f"{sign}{axis}", (Phase("hold", self.hold_time),), tuple(factor * self.gravity * direction))
+            Trial(f"{sign}{axis}", (Phase("hold", self.hold_time),), tuple(factor * self.gravity * direction))
             for axis, direction in zip("xyz", np.eye(3), strict=True)
             for sign, factor in (("+", 1), ("-", -1))
         )

@@ -6,7 +6,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from fingersplit.verification.protocol import Branch, Phase, Protocol, setting
+from fingersplit.verification.protocol import Phase, Protocol, Trial, setting
 
 __all__ = ["Lift"]
 
@@ -32,14 +32,14 @@ class Lift(Protocol):
     hold_time: float = setting(1.0, "s", "Time that the object is held at the top.", 0.1, 60.0)
 
     @property
-    def branches(self) -> tuple[Branch, ...]:
+    def trials(self) -> tuple[Trial, ...]:
         """One: gravity on, lift, hold."""
         phases = (
             Phase("gravity", self.gravity_time),
             Phase("lift", self.lift_time, self._rise),
             Phase("hold", self.hold_time),
         )
-        return (Branch("lift", phases, (0.0, 0.0, -self.gravity)),)
+        return (Trial("lift", phases, (0.0, 0.0, -self.gravity)),)
 
     def _rise(self, times: NDArray[np.float64]) -> NDArray[np.float64]:
         """Up along the curve of least jerk, which starts and ends without velocity and acceleration."""

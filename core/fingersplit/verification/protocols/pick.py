@@ -6,7 +6,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from fingersplit.verification.protocol import Branch, Phase, Protocol, setting
+from fingersplit.verification.protocol import Phase, Protocol, Trial, setting
 
 __all__ = ["Pick"]
 
@@ -30,10 +30,10 @@ class Pick(Protocol):
     support_friction: float = setting(0.6, "1", "Sliding friction between object and support.", 0.0, 5.0)
 
     @property
-    def branches(self) -> tuple[Branch, ...]:
+    def trials(self) -> tuple[Trial, ...]:
         """One: lift along the retreat, hold."""
         phases = (Phase("lift", self.lift_time, self._rise), Phase("hold", self.hold_time))
-        return (Branch("pick", phases, (0.0, 0.0, -self.gravity)),)
+        return (Trial("pick", phases, (0.0, 0.0, -self.gravity)),)
 
     def _rise(self, times: NDArray[np.float64]) -> NDArray[np.float64]:
         s = times / self.lift_time

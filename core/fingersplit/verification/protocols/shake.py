@@ -6,7 +6,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from fingersplit.verification.protocol import Branch, Motion, Phase, Protocol, setting
+from fingersplit.verification.protocol import Motion, Phase, Protocol, Trial, setting
 
 __all__ = ["Shake"]
 
@@ -25,16 +25,16 @@ class Shake(Protocol):
     shake_time: float = setting(1.0, "s", "Time at each frequency, rounded to whole periods.", 0.1, 60.0)
 
     @property
-    def branches(self) -> tuple[Branch, ...]:
+    def trials(self) -> tuple[Trial, ...]:
         """One for each axis, at the slowest, the middle and the fastest frequency."""
-        branches = []
+        trials = []
         for axis, direction in zip("xyz", np.eye(3), strict=True):
             phases = [Phase("gravity", self.gravity_time)]
             for frequency in np.linspace(self.slowest, self.fastest, 3):
                 time = max(1, round(self.shake_time * frequency)) / frequency
                 phases.append(Phase(f"{frequency:g} Hz", time, self._swing(frequency, direction)))
-            branches.append(Branch(axis, tuple(phases), (0.0, 0.0, -self.gravity)))
-        return tuple(branches)
+            trials.append(Trial(axis, tuple(phases), (0.0, 0.0, -self.gravity)))
+        return tuple(trials)
 
     def _swing(self, frequency: float, direction: NDArray[np.float64]) -> Motion:
         """To one side and back, so that the palm is at rest before and after."""

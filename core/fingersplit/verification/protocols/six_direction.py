@@ -5,7 +5,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from fingersplit.verification.protocol import Branch, Phase, Protocol, setting
+from fingersplit.verification.protocol import Phase, Protocol, Trial, setting
 
 __all__ = ["SixDirection"]
 
@@ -26,10 +26,10 @@ class SixDirection(Protocol):
     pull_time: float = setting(2.0, "s", "How long each pull lasts.", 0.1, 60.0)
 
     @property
-    def branches(self) -> tuple[Branch, ...]:
+    def trials(self) -> tuple[Trial, ...]:
         """Six pulls."""
         return tuple(
-            Branch(f"{sign}{axis}", (Phase("pull", self.pull_time, pull=tuple(factor * self.pull * direction)),))
+            Trial(f"{sign}{axis}", (Phase("pull", self.pull_time, pull=tuple(factor * self.pull * direction)),))
             for axis, direction in zip("xyz", np.eye(3), strict=True)
             for sign, factor in (("+", 1), ("-", -1))
         )
