@@ -8,15 +8,15 @@ from collections.abc import Mapping
 from dataclasses import fields
 from typing import Any
 
-from fingersplit.errors import SettingsError
 from fingersplit.objects.options import ObjectOptions
+from fingersplit.ranges import in_range
 
 __all__ = ["DEFAULT_FRICTION", "planned_friction", "without_friction"]
 
 DEFAULT_FRICTION = 0.6
 """Coulomb friction between pads and object where nobody says otherwise."""
 
-_RANGE = next(option.metadata for option in fields(ObjectOptions) if option.name == "friction")
+_RANGE = next(option for option in fields(ObjectOptions) if option.name == "friction")
 
 
 def planned_friction(requested: float | None = None, known: float | None = None) -> float:
@@ -46,9 +46,4 @@ def without_friction(named: Mapping[str, Any]) -> tuple[dict[str, Any], float | 
 
 
 def _checked(value: Any) -> float:
-    if type(value) not in (float, int):
-        raise SettingsError(f"'friction' must be a number, got {value!r}.")
-    low, high = _RANGE["low"], _RANGE["high"]
-    if not low <= value <= high:
-        raise SettingsError(f"'friction' is {value!r}; allowed: {low:g} to {high:g}.")
-    return float(value)
+    return float(in_range(value, _RANGE, "'friction'"))

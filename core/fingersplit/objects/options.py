@@ -2,16 +2,13 @@
 
 import hashlib
 import json
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import asdict, dataclass
 from typing import Any, Self
 
 from fingersplit.errors import SettingsError
+from fingersplit.ranges import check_known, check_settings, setting
 
 __all__ = ["ObjectOptions"]
-
-
-def _option(default: float | None, unit: str, doc: str, low: float, high: float) -> Any:
-    return field(default=default, metadata={"unit": unit, "doc": doc, "low": low, "high": high})
 
 
 @dataclass(frozen=True)
@@ -22,23 +19,13 @@ class ObjectOptions:
         SettingsError: A value outside its range, which stands in the field's metadata, or both density and mass.
     """
 
-    density: float | None = _option(None, "kg/m^3", "Density, even over the object.", 1.0, 25_000.0)
-    mass: float | None = _option(None, "kg", "Mass, instead of a density.", 1e-6, 100.0)
-    friction: float | None = _option(None, "1", "Coulomb friction between its surface and pads.", 0.01, 5.0)
-    fairing: float = _option(0.0, "m", "Wavelength attenuated by half, by implicit fairing.", 0.0, 0.05)
+    density: float | None = setting(None, "kg/m^3", "Density, even over the object.", 1.0, 25_000.0)
+    mass: float | None = setting(None, "kg", "Mass, instead of a density.", 1e-6, 100.0)
+    friction: float | None = setting(None, "1", "Coulomb friction between its surface and pads.", 0.01, 5.0)
+    fairing: float = setting(0.0, "m", "Wavelength attenuated by half, by implicit fairing.", 0.0, 0.05)
 
     def __post_init__(self) -> None:
-        for option in fields(self):
-            value: Any = getattr(self, option.name)
-            if value is None and option.default is None:
-                continue
-            low, high = option.metadata["low"], option.metadata["high"]
-            if type(value) not in (float, int) or not low <= value <= high:
-                raise SettingsError(
-                    f"Object option {option.name!r} is {value!r}; allowed: a number from {low:g} to {high:g} "
-                    f"{option.metadata['unit']}."
-                )
-            object.__setattr__(self, option.name, float(value))
+        check_settings(self, "Object option {}")
         if self.density is not None and self.mass is not None:
             raise SettingsError("Both density and mass are given; the volume is known, so give one of them.")
 
@@ -49,10 +36,7 @@ class ObjectOptions:
         Raises:
             SettingsError: An unknown name, or a value that is not allowed.
         """
-        known = [option.name for option in fields(cls)]
-        unknown = sorted(set(document) - set(known))
-        if unknown:
-            raise SettingsError(f"Unknown object option {unknown[0]!r}; known: {', '.join(known)}.")
+        check_known(document, cls, "Unknown object option {}")
         return cls(**document)
 
     def to_document(self) -> dict[str, Any]:

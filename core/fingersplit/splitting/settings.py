@@ -7,17 +7,15 @@ from typing import Any, Self
 import numpy as np
 
 from fingersplit.errors import SettingsError
+from fingersplit.ranges import check_known, check_settings, setting
 
 __all__ = ["FIDELITIES", "SETTINGS", "PlannerSettings"]
 
 FIDELITIES = ("default", "paper")
 
-_KINDS: dict[type, str] = {float: "a number", int: "a whole number", bool: "true or false", str: "a text"}
-
 
 def _setting(default: Any, unit: str, doc: str, low: float, high: float, paper: Any = None) -> Any:
-    metadata = {"unit": unit, "doc": doc, "low": low, "high": high, "paper": default if paper is None else paper}
-    return field(default=default, metadata=metadata)
+    return setting(default, unit, doc, low, high, paper=default if paper is None else paper)
 
 
 @dataclass(frozen=True)
@@ -83,16 +81,7 @@ class PlannerSettings:
     def __post_init__(self) -> None:
         if self.fidelity not in FIDELITIES:
             raise SettingsError(f"Planner setting 'fidelity' is {self.fidelity!r}; allowed: {', '.join(FIDELITIES)}.")
-        for setting in fields(self)[1:]:
-            value: Any = getattr(self, setting.name)
-            kind: type[Any] = type(setting.default)
-            accepted = (float, int) if kind is float else (kind,)
-            if type(value) not in accepted:
-                raise SettingsError(f"Planner setting {setting.name!r} must be {_KINDS[kind]}, got {value!r}.")
-            low, high = setting.metadata["low"], setting.metadata["high"]
-            if not low <= value <= high:
-                raise SettingsError(f"Planner setting {setting.name!r} is {value!r}; allowed: {low:g} to {high:g}.")
-            object.__setattr__(self, setting.name, kind(value))
+        check_settings(self, "Planner setting {}")
 
     @classmethod
     def of(cls, fidelity: str, **changed: Any) -> Self:
@@ -102,7 +91,7 @@ class PlannerSettings:
             SettingsError: An unknown fidelity, a value of the wrong type or outside its range.
         """
         if fidelity == "paper":
-            changed = {setting.name: setting.metadata["paper"] for setting in fields(cls)[1:]} | changed
+            changed = {one.name: one.metadata["paper"] for one in fields(cls)[1:]} | changed
         return cls(fidelity=fidelity, **changed)
 
     @classmethod
@@ -112,13 +101,8 @@ class PlannerSettings:
         Raises:
             SettingsError: An unknown name, a value of the wrong type or outside its range.
         """
-        known = [setting.name for setting in fields(cls)]
-        unknown = sorted(set(document) - set(known))
-        if unknown:
-            raise SettingsError(
-                f"Unknown planner setting {unknown[0]!r}; known: {', '.join(known)}. The friction is no setting of the "
-                f"splitting: give it to `plan`, or as an option of the object."
-            )
+        advice = "The friction is no setting of the splitting: give it to `plan`, or as an option of the object."
+        check_known(document, cls, "Unknown planner setting {}", advice)
         return cls.of(**{"fidelity": "default", **document})
 
     def for_kernels(self) -> np.record:

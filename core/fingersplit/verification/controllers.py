@@ -5,7 +5,7 @@ into their control inputs.
 """
 
 from abc import ABC, abstractmethod
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass
 from typing import Any, ClassVar
 
 import numpy as np
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from fingersplit.contacts.grip import Grip
 from fingersplit.errors import SettingsError
-from fingersplit.verification.protocol import setting
+from fingersplit.ranges import check_known, check_settings, setting
 from fingersplit.verification.scene import Scene
 from fingersplit.verification.scene_parts import FINGER_SERVOS, JOINT_SERVOS
 
@@ -36,12 +36,7 @@ class Controller(ABC):
     least_force: float = setting(1.0, "N", "Every finger presses with at least this.", 0.0, 30.0)
 
     def __post_init__(self) -> None:
-        for number in fields(self):
-            value, low, high = getattr(self, number.name), number.metadata["low"], number.metadata["high"]
-            if type(value) not in (int, float) or not low <= value <= high:
-                raise SettingsError(
-                    f"{number.name!r} of controller {self.name!r} is {value!r}; allowed: {low:g} to {high:g}."
-                )
+        check_settings(self, f"{{}} of controller {self.name!r}")
 
     @abstractmethod
     def prepare(self, scene: Scene) -> None:
@@ -145,8 +140,5 @@ def load_controller(name: str, values: dict[str, Any] | None = None) -> Controll
     """
     if name not in CONTROLLERS:
         raise SettingsError(f"Unknown controller {name!r}; known: {', '.join(CONTROLLERS)}.")
-    known = [number.name for number in fields(CONTROLLERS[name])]
-    unknown = sorted(set(values or {}) - set(known))
-    if unknown:
-        raise SettingsError(f"Controller {name!r} has no number {unknown[0]!r}; it has: {', '.join(known)}.")
+    check_known(values or {}, CONTROLLERS[name], f"Controller {name!r} has no number {{}}")
     return CONTROLLERS[name](**(values or {}))

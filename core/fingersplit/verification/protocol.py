@@ -2,14 +2,14 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, field, fields, replace
+from dataclasses import asdict, dataclass, replace
 from math import radians
 from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fingersplit.errors import SettingsError
+from fingersplit.ranges import check_known, check_settings, setting
 
 __all__ = ["REFERENCE_FRICTION", "Phase", "Protocol", "Trial", "at_rest", "setting"]
 
@@ -19,11 +19,6 @@ Vector = tuple[float, float, float]
 
 REFERENCE_FRICTION = 0.6
 """Sliding friction that the torsional friction of protocols is stated for."""
-
-
-def setting(default: float | None, unit: str, doc: str, low: float, high: float) -> Any:
-    """A number of a protocol with its unit, meaning and range."""
-    return field(default=default, metadata={"unit": unit, "doc": doc, "low": low, "high": high})
 
 
 def at_rest(times: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -94,16 +89,7 @@ class Protocol(ABC):
     all_contacts: bool = setting(True, "", "Whether every finger must touch at the end.", 0, 1)
 
     def __post_init__(self) -> None:
-        for number in fields(self):
-            value = getattr(self, number.name)
-            accepted = (bool,) if number.type is bool else (int, float)
-            if value is None and number.default is None:
-                continue
-            low, high = number.metadata["low"], number.metadata["high"]
-            if type(value) not in accepted or not low <= value <= high:
-                raise SettingsError(
-                    f"{number.name!r} of protocol {self.name!r} is {value!r}; allowed: {low:g} to {high:g}."
-                )
+        check_settings(self, f"{{}} of protocol {self.name!r}")
 
     @property
     @abstractmethod
@@ -116,10 +102,7 @@ class Protocol(ABC):
         Raises:
             SettingsError: An unknown name, or a value outside its range.
         """
-        known = [number.name for number in fields(self)]
-        unknown = sorted(set(values) - set(known))
-        if unknown:
-            raise SettingsError(f"Protocol {self.name!r} has no number {unknown[0]!r}; it has: {', '.join(known)}.")
+        check_known(values, self, f"Protocol {self.name!r} has no number {{}}")
         return replace(self, **values)
 
     def to_document(self) -> dict[str, Any]:

@@ -139,7 +139,9 @@ def test_grasp_moved_15_mm_off_fails(try_grasp, planned, name, sign):
 
 def test_repeats_are_identical_whatever_came_before_and_on_any_number_of_threads(try_grasp, simulate_grasp, planned):
     first = simulate_grasp("box", "six_direction")
-    try_grasp("box", "shake", grasp=planned("box")[0].grasps[1].run.final, friction=0.3, mass=1.0, controller="position_servo")
+    try_grasp(
+        "box", "shake", grasp=planned("box")[0].grasps[1].run.final, friction=0.3, mass=1.0, controller="position_servo"
+    )
     again = simulate_grasp("box", "six_direction", threads=2)
     assert first.report.trials == again.report.trials
     np.testing.assert_array_equal(first.frames.object_positions, again.frames.object_positions)
@@ -168,9 +170,7 @@ def test_what_the_hand_cannot_carry_is_lost_at_the_torque_limits(try_grasp, barr
     assert report.reason == "joint_torque_saturated"
     assert report.grip.limited
     assert not try_grasp(name).grip.limited
-    assert {joint for phase in report.trials[0].phases for joint in phase.saturated_joints} <= set(
-        barrett.joint_names
-    )
+    assert {joint for phase in report.trials[0].phases for joint in phase.saturated_joints} <= set(barrett.joint_names)
 
 
 def test_hand_inside_the_object_is_an_initial_penetration(planned, barrett):
@@ -227,10 +227,13 @@ def test_palm_is_at_rest_before_and_after_every_motion():
             "Unknown verification protocol 'drop'; known: gravity_six, lift, lift_full,",
         ),
         (lambda: load_protocol("lift", {"hight": 0.1}), "Protocol 'lift' has no number 'hight'"),
-        (lambda: load_protocol("lift", {"height": 5.0}), "'height' of protocol 'lift' is 5.0; allowed: 0 to 1."),
-        (lambda: load_protocol("lift", {"height": "high"}), "'height' of protocol 'lift' is 'high'"),
+        (lambda: load_protocol("lift", {"height": 5.0}), "'height' of protocol 'lift' is 5.0; allowed: 0 to 1 m."),
+        (lambda: load_protocol("lift", {"height": "high"}), "'height' of protocol 'lift' must be a number, got 'high'"),
         (lambda: load_controller("magic"), "Unknown controller 'magic'; known: virtual_frame, position_servo."),
-        (lambda: load_controller("position_servo", {"stiffness": 1.0}), "Controller 'position_servo' has no number 'stiffness'"),
+        (
+            lambda: load_controller("position_servo", {"stiffness": 1.0}),
+            "Controller 'position_servo' has no number 'stiffness'",
+        ),
         (lambda: load_controller("position_servo", {"give": 0.0}), "'give' of controller 'position_servo' is 0.0"),
     ],
 )
