@@ -12,8 +12,8 @@ from generating import write_tables
 GENERATED = Path(__file__).parent / "generated"
 
 project = "Fingersplit"
-project_copyright = "the Fingersplit developers"
-author = "the Fingersplit developers"
+project_copyright = "the Fingersplit contributors"
+author = "the Fingersplit contributors"
 release = fingersplit.__version__
 extensions = [
     "myst_parser",

@@ -3,6 +3,7 @@
 import re
 from dataclasses import fields
 from pathlib import Path
+from typing import Any
 
 import click
 import typer
@@ -14,6 +15,7 @@ from fingersplit.contacts.metrics import available_metrics
 from fingersplit.formats import available_formats
 from fingersplit.formats.file_format import FileFormat
 from fingersplit.parallel_grasps.sources import available_sources
+from fingersplit.scene import Constraints
 from fingersplit.splitting.settings import PlannerSettings
 from fingersplit.splitting.termination import Termination
 from fingersplit.verification.protocols import available_protocols
@@ -31,6 +33,7 @@ def write_tables(folder: Path) -> None:
         "planner_settings": _planner_settings(),
         "service_settings": _service_settings(),
         "command_line": _command_line(),
+        "constraints": "\n".join(_constraints(Constraints.json_schema()).values()),
         "http": describe_operations(create_app(ServiceSettings()).openapi()),
         "terminations": table(("end", "what it means and what may help"), ((t.label, t.advice) for t in Termination)),
     }.items():
@@ -90,3 +93,29 @@ def _command_line() -> str:
     context = click.Context(command, info_name="fingersplit")
     text = get_docs_for_click(obj=command, ctx=context, name="fingersplit")
     return re.sub("^#", "##", text, flags=re.MULTILINE)
+
+
+def _constraints(schema: dict[str, Any]) -> dict[str, str]:
+    """A table for every record of the scene's JSON Schema, by title."""
+    rows, inner = [], dict[str, str]()
+    for name, one in schema["properties"].items():
+        record = next((found for found in _records(one)), None)
+        kind = f"[{record['title']}](#{record['title'].lower()})" if record else _kind(one)
+        default = "" if record else one.get("default", "")
+        rows.append((f"`{name}`", kind, default, one.get("description", "")))
+        if record:
+            inner |= _constraints(record)
+    heads = ("entry", "type", "default", "meaning")
+    return {schema["title"]: f"### {schema['title']}\n\n{schema['description']}\n\n{table(heads, rows)}"} | inner
+
+
+def _records(schema: dict[str, Any]) -> list[dict[str, Any]]:
+    """The records that an entry holds, itself or in a list."""
+    choices = [schema, schema.get("items", {}), *schema.get("anyOf", ())]
+    choices += [choice.get("items", {}) for choice in schema.get("anyOf", ())]
+    return [choice for choice in choices if "properties" in choice]
+
+
+def _kind(schema: dict[str, Any]) -> str:
+    choices = [one for one in schema.get("anyOf", [schema]) if one.get("type") != "null"]
+    return " or ".join(str(one.get("type", one.get("enum", "any"))) for one in choices)
