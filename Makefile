@@ -1,7 +1,8 @@
-# make demo | test | test-all | serve | bench | docs | lock | clean
+# make demo | test | test-all | coverage | serve | bench | docs | lock | clean
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
+PYTEST := $(BIN)/pytest --numprocesses auto --dist loadfile
 PYPROJECTS := core/pyproject.toml clients/python/pyproject.toml service/pyproject.toml benchmarks/pyproject.toml
 COMPILE_LOCK := uv pip compile --universal --python-version 3.11 --generate-hashes --no-header --no-annotate \
 	--no-emit-package fingersplit --no-emit-package fingersplit-client $(PYPROJECTS) --extra all --quiet
@@ -10,7 +11,7 @@ export PYTHONUNBUFFERED := 1
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-all serve bench docs lock clean
+.PHONY: help demo test test-all coverage serve bench docs lock clean
 
 help:
 	@echo "make demo      set up, start the service, plan grasps for a mug, print them and write a picture"
@@ -18,6 +19,7 @@ help:
 	@echo "make test-all  the long campaigns: every object, hostile files, faults"
 	@echo "make serve     the service on http://127.0.0.1:8000 (interactive documentation at /docs)"
 	@echo "make bench     speed, quality and the paper's tables; report in build/bench"
+	@echo "make coverage  the tests, and every line that none of them runs"
 	@echo "make docs      the documentation site; in build/docs"
 	@echo "make lock      resolve the pinned requirements again (needs uv)"
 	@echo "make clean     remove .venv, build/ and compiled kernels"
@@ -36,7 +38,7 @@ test: $(VENV)/.dev $(VENV)/.kernels $(VENV)/.viewer
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
-	$(BIN)/pytest -m "not campaign"
+	$(PYTEST) -m "not campaign"
 
 test-all: $(VENV)/.dev $(VENV)/.kernels
 	$(BIN)/pytest -m campaign
@@ -44,6 +46,9 @@ test-all: $(VENV)/.dev $(VENV)/.kernels
 docs: $(VENV)/.dev
 	@$(BIN)/sphinx-build -q -W --keep-going -b html docs build/docs
 	@echo "==> Open build/docs/index.html"
+
+coverage: $(VENV)/.dev $(VENV)/.kernels $(VENV)/.viewer
+	$(PYTEST) -m "not campaign" --cov --cov-report=term-missing:skip-covered
 
 lock:
 	$(COMPILE_LOCK) --group build -o requirements/run.lock
