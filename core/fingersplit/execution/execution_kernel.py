@@ -193,29 +193,46 @@ def _into_cone(axis, middle, cosine):
 @kernel
 def _sweep(problem, probe, backwards, most, work):
     """Move the palm along ``backwards`` while nothing is in the way; how far it got [m], and what ended it."""
-    limits, free, travelled = problem.limits, 0.0, 0.0
+    limits, free, travelled, slack = problem.limits, 0.0, 0.0, -1.0
     origin = vector(probe.palm_position)
     while True:
         _put(probe.palm_position, add(origin, scale(travelled, backwards)))
         move_fingers(problem.hand, probe)
         if not palm_allowed(limits, vector(probe.palm_position)):
             return free, BY_WORKSPACE
-        gap, by = _gap(problem, probe, work)
+        gap = _object_gap(problem, probe, work)
         if gap < 0.0:
-            return free, by
+            return free, BY_OBJECT
+        if slack < gap:  # of what was found before, as much is certainly left
+            slack, by = _slack(problem.scene, problem.hand, probe, work)
+            if slack < -SLACK_TOLERANCE:
+                return free, by
         free = travelled
         if travelled >= most:
             return most, NOTHING
-        travelled = min(travelled + max(gap, limits.step), most)
+        moved = min(max(min(gap, slack), limits.step), most - travelled)
+        travelled, slack = (most if travelled + moved >= most else travelled + moved), slack - moved
 
 
 @kernel
 def _gap(problem, probe, work):
     """How far the hand may move in any direction without touching anything [m], -1 where it touches; and what."""
+    gap = _object_gap(problem, probe, work)
+    if gap < 0.0:
+        return -1.0, BY_OBJECT
+    slack, by = _slack(problem.scene, problem.hand, probe, work)
+    if slack < -SLACK_TOLERANCE:
+        return -1.0, by
+    return max(min(gap, slack), 0.0), NOTHING
+
+
+@kernel
+def _object_gap(problem, probe, work):
+    """How far the hand may move in any direction without touching the object [m], -1 where it touches."""
     hand, distance = problem.hand, problem.distance
     measure_clearances(hand, probe, problem.collision, distance, work.rotation)
     if probe.penetration > FREE:
-        return -1.0, BY_OBJECT
+        return -1.0
     gap = LOOKED_AHEAD
     for shape in range(hand.shape_count):
         near = probe.clearances[shape]
@@ -223,10 +240,7 @@ def _gap(problem, probe, work):
             center = place_on_link(hand, probe, shape, get(hand.shape_positions, shape))
             near = max(least_distance(distance, center) - hand.shape_radii[shape], RANGE)
         gap = min(gap, near)
-    slack, by = _slack(problem.scene, hand, probe, work)
-    if slack < -SLACK_TOLERANCE:
-        return -1.0, by
-    return max(min(gap, slack), 0.0), NOTHING
+    return max(gap, 0.0)
 
 
 @kernel

@@ -41,7 +41,7 @@ def _check_mesh(run: Run, mesh: ObstacleMesh) -> None:
     obstacle_from_palm = mesh.obstacle_from_object @ pose_matrix(last.palm_rotation, last.palm_position)
     pose, distance = hand.pose(joints, obstacle_from_palm), mesh.model.distance
     depth = exact_penetration(hand.arrays, pose, mesh.model.patches, distance, -mesh.clearance)
-    within = rough_penetration(hand.arrays, pose, distance)  # a link inside a solid is far from its triangles
+    within = rough_penetration(hand.arrays, pose, distance, np.inf)  # a link inside a solid is far from its triangles
     slack = -max(depth, within if within > ROUGH else depth) - mesh.clearance
     if slack < last.around.least:
         last.around.least = slack

@@ -61,25 +61,29 @@ class SceneArrays(NamedTuple):
     """Obstacles in the object frame.
 
     Attributes:
-        primitives: ``PRIMITIVE`` records (n,).
+        primitives: ``PRIMITIVE`` records (n,), half-spaces first.
+        planes: How many of them are half-spaces.
         points: Points of meshes and clouds (n, 3) [m].
         owners: Number of each point's obstacle, (n,) int32.
         inflations: Radius of each point and the clearance of links from it, (n,) [m].
-        bounds: Distances [m] that all points are certainly away from the middle of each cell, (nx, ny, nz) float32.
-        origin: Lowest corner of the first of these cells [m].
-        cell: Edge of these cells [m].
+        bounds: Distances [m] that all points are certainly away from each point of a grid, (nx, ny, nz) float32.
+        origin: Place of the first of these grid points [m].
+        cell: Distance of neighbouring ones [m].
+        margin: How far the grid goes beyond all points, at least [m].
         inflation: The largest of ``inflations`` [m].
         hand_reach: Farthest that any point of the hand may be from the palm's origin [m].
         admitted: Whether contacts may be at each of the object's surface samples, (n_samples,).
     """
 
     primitives: np.recarray
+    planes: int
     points: PointGrid
     owners: NDArray[np.int32]
     inflations: NDArray[np.float64]
     bounds: NDArray[np.float32]
     origin: tuple[float, float, float]
     cell: float
+    margin: float
     inflation: float
     hand_reach: float
     admitted: NDArray[np.bool_]

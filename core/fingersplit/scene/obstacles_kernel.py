@@ -14,7 +14,7 @@ from fingersplit.scene.convex_kernel import core_extent, shape_to_shape
 from fingersplit.scene.obstacles import HALF_SPACE
 from fingersplit.vectors_kernel import add, dot, get, norm, put, rotate, rotate_back, scale, subtract, vector
 
-__all__ = ["measure_slacks", "point_slack", "rough_violation"]
+__all__ = ["least_bound", "measure_slacks", "point_slack", "rough_violation"]
 
 
 @kernel
@@ -37,9 +37,16 @@ def measure_slacks(scene, hand, pose, found, work, near):
         found.obstacles[shape] = -1
         put(work.centers, shape, place_on_link(hand, pose, shape, get(hand.shape_positions, shape)))
     found.least = math.inf
+    _meet_primitives(scene, 0, scene.planes, hand, pose, found, work, near)
+    if len(scene.primitives) == scene.planes and len(scene.owners) == 0:
+        return found.least
     middle, radius = _enclosing_ball(work.centers, hand.shape_radii, hand.shape_count)
-    _meet_primitives(scene, hand, pose, found, work, near, middle, radius)
-    if len(scene.owners) > 0 and _least_bound(scene, middle) <= radius + scene.inflation + near:
+    for p in range(scene.planes, len(scene.primitives)):
+        primitive = scene.primitives[p]
+        largest = max(primitive.clearance, primitive.pad_clearance)
+        if _distance(primitive, middle) <= radius + largest + near:
+            _meet_primitives(scene, p, p + 1, hand, pose, found, work, near)
+    if len(scene.owners) > 0 and least_bound(scene, middle) <= radius + scene.inflation + near:
         _meet_points(scene, hand, pose, found, work, near)
     return found.least
 
@@ -56,12 +63,9 @@ def _enclosing_ball(centers, radii, count):
 
 
 @kernel
-def _meet_primitives(scene, hand, pose, found, work, near, middle, radius):
-    for p in range(len(scene.primitives)):
+def _meet_primitives(scene, first, last, hand, pose, found, work, near):
+    for p in range(first, last):
         primitive = scene.primitives[p]
-        largest = max(primitive.clearance, primitive.pad_clearance)
-        if _distance(primitive, middle) > radius + largest + near:
-            continue
         for shape in range(hand.shape_count):
             center = get(work.centers, shape)
             clearance = primitive.pad_clearance if _carries_pad(hand, shape) else primitive.clearance
@@ -112,14 +116,14 @@ def _meet_points(scene, hand, pose, found, work, near):
     for shape in range(hand.shape_count):
         center = get(work.centers, shape)
         limit = min(near, found.slacks[shape])
-        if _least_bound(scene, center) - hand.shape_radii[shape] - scene.inflation >= limit:
+        if least_bound(scene, center) - hand.shape_radii[shape] - scene.inflation >= limit:
             continue
         place_shape(hand, pose, shape, work.rotation)
         best, index = limit, -1
         for sphere in range(hand.sphere_starts[shape], hand.sphere_starts[shape + 1]):
             middle = place_on_link(hand, pose, shape, get(hand.sphere_centers, sphere))
             radius = hand.sphere_radii[sphere] + scene.inflation + max(best, 0.0)
-            if _least_bound(scene, middle) < radius:
+            if least_bound(scene, middle) < radius:
                 best, index = _search_ball(scene, hand, shape, work.rotation, center, middle, radius, best, index)
         if index >= 0:
             point = get(scene.points.points, index)
@@ -162,40 +166,59 @@ def _carries_pad(hand, shape):
 
 
 @kernel
-def _least_bound(scene, point):
-    """A distance [m] that all points are certainly away from ``point``."""
+def least_bound(scene, point):
+    """A distance [m] that all points are certainly away from ``point``, from the nearest grid point's."""
     nx, ny, nz = scene.bounds.shape
     fx = (point[0] - scene.origin[0]) / scene.cell
     fy = (point[1] - scene.origin[1]) / scene.cell
     fz = (point[2] - scene.origin[2]) / scene.cell
     # Zero stands first so that a NaN becomes 0, too, instead of an index outside the array.
-    x, y, z = min(max(0.0, fx), nx - 1.0), min(max(0.0, fy), ny - 1.0), min(max(0.0, fz), nz - 1.0)
-    beyond = max(fx - nx, -fx, fy - ny, -fy, fz - nz, -fz, 0.0) * scene.cell
-    return max(scene.bounds[int(x), int(y), int(z)], beyond) if beyond > 0.0 else scene.bounds[int(x), int(y), int(z)]
+    x, y = int(min(max(0.0, fx + 0.5), nx - 1.0)), int(min(max(0.0, fy + 0.5), ny - 1.0))
+    z = int(min(max(0.0, fz + 0.5), nz - 1.0))
+    bound = scene.bounds[x, y, z] - scene.cell * norm((fx - x, fy - y, fz - z))
+    beyond = max(-fx, fx - (nx - 1.0), -fy, fy - (ny - 1.0), -fz, fz - (nz - 1.0))
+    return max(bound, scene.margin + beyond * scene.cell if beyond > 0.0 else 0.0)
 
 
 @kernel
-def rough_violation(scene, hand, pose, work):
-    """About how much clearance the hand lacks [m], from spheres inside its links: cheap, and right to a few mm."""
+def rough_violation(scene, hand, pose, work, enough):
+    """About how much clearance the hand lacks [m], from spheres inside its links: cheap, and right to a few mm.
+
+    What lacks ``enough`` or more [m] may lack more than is returned.
+    """
     for sphere in range(hand.sphere_count):
         middle = place_on_link(hand, pose, hand.sphere_shapes[sphere], get(hand.sphere_centers, sphere))
         put(work.centers, sphere, middle)
-    middle, radius = _enclosing_ball(work.centers, hand.sphere_insides, hand.sphere_count)
     deepest = 0.0
-    for p in range(len(scene.primitives)):
+    for p in range(scene.planes):
+        deepest = _deepest_sphere(scene.primitives[p], hand, work, deepest)
+    if deepest >= enough or (len(scene.primitives) == scene.planes and len(scene.owners) == 0):
+        return deepest
+    middle, radius = _enclosing_ball(work.centers, hand.sphere_insides, hand.sphere_count)
+    for p in range(scene.planes, len(scene.primitives)):
         primitive = scene.primitives[p]
-        if _distance(primitive, middle) > radius + primitive.clearance:
-            continue
-        for sphere in range(hand.sphere_count):
-            pad = _carries_pad(hand, hand.sphere_shapes[sphere])
-            clearance = primitive.pad_clearance if pad else primitive.clearance
-            depth = hand.sphere_insides[sphere] + clearance - _distance(primitive, get(work.centers, sphere))
-            deepest = max(deepest, depth)
-    if len(scene.owners) > 0 and _least_bound(scene, middle) <= radius + scene.inflation:
+        if _distance(primitive, middle) <= radius + primitive.clearance:
+            deepest = _deepest_sphere(primitive, hand, work, deepest)
+            if deepest >= enough:
+                return deepest
+    if len(scene.owners) > 0 and least_bound(scene, middle) <= radius + scene.inflation:
         for sphere in range(hand.sphere_count):
             center = get(work.centers, sphere)
-            if _least_bound(scene, center) < hand.sphere_insides[sphere] + scene.inflation:
+            if least_bound(scene, center) < hand.sphere_insides[sphere] + scene.inflation:
                 deepest = max(deepest, _deepest_point(scene, center, hand.sphere_insides[sphere]))
+                if deepest >= enough:
+                    return deepest
+    return deepest
+
+
+@kernel
+def _deepest_sphere(primitive, hand, work, deepest):
+    """How much clearance the spheres inside the links lack from a primitive [m], unless ``deepest`` is more."""
+    for sphere in range(hand.sphere_count):
+        pad = _carries_pad(hand, hand.sphere_shapes[sphere])
+        clearance = primitive.pad_clearance if pad else primitive.clearance
+        depth = hand.sphere_insides[sphere] + clearance - _distance(primitive, get(work.centers, sphere))
+        deepest = max(deepest, depth)
     return deepest
 
 
@@ -219,6 +242,6 @@ def point_slack(scene, point, near):
     least = near
     for p in range(len(scene.primitives)):
         least = min(least, _distance(scene.primitives[p], point) - scene.primitives[p].clearance)
-    if len(scene.owners) > 0 and _least_bound(scene, point) - scene.inflation < least:
+    if len(scene.owners) > 0 and least_bound(scene, point) - scene.inflation < least:
         least = min(least, near - _deepest_point(scene, point, near))
     return least

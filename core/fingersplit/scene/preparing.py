@@ -7,13 +7,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import distance_transform_edt
 
 from fingersplit.errors import SceneError
 from fingersplit.hands.hand import Hand
 from fingersplit.hands.shapes_kernel import BOX, shape_distance
 from fingersplit.objects.grid_kernel import build_grid
 from fingersplit.objects.model import ObjectModel
+from fingersplit.objects.signed_distance_kernel import spread_samples
 from fingersplit.scene.constraints import Constraints
 from fingersplit.scene.limits import build_limits
 from fingersplit.scene.obstacles import HALF_SPACE, PRIMITIVE, SceneArrays
@@ -26,8 +26,12 @@ __all__ = ["ObstacleMesh", "PreparedScene", "hand_reach", "prepare_scene"]
 
 BELOW_SUPPORT = 2.0
 """[m]; what lies below a support of limited size counts as occupied down to here."""
-CELL, BOUNDS_CELL, MAX_CELLS = 0.01, 0.008, 400_000
-"""[m]; edges of the cells that sort points and of those that bound their distance, and how many of these may be."""
+CELL, MAX_CELLS = 0.01, 400_000
+"""Edge of the cells that sort points, distance of the grid points that bound theirs [m], and how many may be."""
+BEYOND = 0.04
+"""[m]; how far distances are bounded about points."""
+SPREAD_ERROR = 0.5
+"""[cells]; what a spread distance may be too large."""
 MARGIN = 0.02
 """[m]; obstacles are kept that much beyond the hand's reach."""
 
@@ -159,10 +163,11 @@ class _Gatherer:
         number = len(self._primitives)
         pose = self._object_from_world @ surface.scene_from_surface
         pad_clearance = 0.0 if surface.allow_finger_contact else self._clearance
-        heights = (self._model.mesh.vertices - pose[:3, 3]) @ pose[:3, 2]
-        if heights.min() < -2e-3:
+        normal = np.ascontiguousarray(pose[:3, 2])
+        lowest = float((self._model.mesh.vertices @ normal).min() - pose[:3, 3] @ normal)
+        if lowest < -2e-3:
             self.warnings.append(
-                f"The object reaches {-1e3 * heights.min():.0f} mm below support surface {surface.id!r}; "
+                f"The object reaches {-1e3 * lowest:.0f} mm below support surface {surface.id!r}; "
                 f"check scene.object_pose."
             )
         if surface.extents is None:
@@ -212,14 +217,17 @@ class _Gatherer:
             return None
         admitted = self._regions.admit(self._model.surface.grid.points, self._model)
         primitives = np.rec.array(np.zeros(len(self._primitives), PRIMITIVE))
-        for record, (kind, number, size, pose, pad_clearance) in zip(primitives, self._primitives, strict=True):
+        planes_first = sorted(self._primitives, key=lambda primitive: primitive[0] != HALF_SPACE)
+        for record, (kind, number, size, pose, pad_clearance) in zip(primitives, planes_first, strict=True):
             record.kind, record.obstacle, record.size, record.pad_clearance = kind, number, size, pad_clearance
             record.rotation, record.position, record.clearance = pose[:3, :3], pose[:3, 3], self._clearance
+        planes = sum(primitive[0] == HALF_SPACE for primitive in self._primitives)
         if not self._points:
             empty, order = build_grid(np.zeros((1, 3)), CELL)
             none = np.zeros(0)
             return SceneArrays(
                 primitives,
+                planes,
                 empty,
                 order[:0].astype(np.int32),
                 none,
@@ -227,21 +235,24 @@ class _Gatherer:
                 (0.0, 0.0, 0.0),
                 1.0,
                 0.0,
+                0.0,
                 self._hand_reach,
                 admitted,
             )
         points = np.concatenate(self._points)
         grid, order = build_grid(points, CELL)
-        bounds, origin, cell = _distance_bounds(points, BOUNDS_CELL)
+        bounds, origin, cell = _distance_bounds(points, CELL)
         inflations = np.concatenate(self._inflations)[order]
         return SceneArrays(
             primitives,
+            planes,
             grid,
             np.concatenate(self._owners)[order],
             inflations,
             bounds,
             origin,
             cell,
+            BEYOND,
             float(inflations.max()),
             self._hand_reach,
             admitted,
@@ -251,18 +262,15 @@ class _Gatherer:
 def _distance_bounds(
     points: NDArray[np.float64], cell: float
 ) -> tuple[NDArray[np.float32], tuple[float, float, float], float]:
-    """For every cell of a grid about the points a distance that no point of the cell is nearer to any of them.
+    """For every point of a grid about ``points`` a distance that none of them is nearer.
 
     Returns:
-        The distances (nx, ny, nz) [m], the grid's lowest corner [m] and the cells' edge [m].
+        The distances (nx, ny, nz) [m], the place of the first grid point [m] and the distance of neighbours [m].
     """
-    margin = 0.1
-    low, high = points.min(axis=0) - margin, points.max(axis=0) + margin
+    low, high = points.min(axis=0) - BEYOND, points.max(axis=0) + BEYOND
     cell = max(cell, float(np.prod(high - low) / MAX_CELLS) ** (1 / 3))
-    shape = np.ceil((high - low) / cell).astype(np.int64)
-    empty = np.ones(shape, np.bool_)
-    empty[tuple(((points - low) / cell).astype(np.int64).T)] = False
-    # Centres of cells are that far apart; points of them may be nearer by a diagonal.
-    distances = distance_transform_edt(empty, sampling=cell) - np.sqrt(3.0) * cell
+    shape = np.ceil((high - low) / cell).astype(np.int64) + 1
+    nearest, squares = np.full(shape, -1, np.int32), np.full(shape, np.inf, np.float32)
     x, y, z = low.tolist()
-    return np.maximum(distances, 0.0).astype(np.float32), (x, y, z), cell
+    spread_samples(points, (x, y, z), cell, nearest, squares)
+    return np.maximum(np.sqrt(squares) - np.float32(SPREAD_ERROR * cell), np.float32(0.0)), (x, y, z), cell

@@ -53,12 +53,17 @@ def measure_clearances(hand, state, grid, distance, rotation):
 
 
 @kernel
-def rough_penetration(hand, pose, distance):
-    """About how deep the hand is in the object [m], from spheres inside its links: cheap, and right to a few mm."""
+def rough_penetration(hand, pose, distance, enough):
+    """About how deep the hand is in the object [m], from spheres inside its links: cheap, and right to a few mm.
+
+    What is ``enough`` [m] deep or more may be deeper than is returned.
+    """
     deepest = 0.0
     for sphere in range(hand.sphere_count):
         middle = place_on_link(hand, pose, hand.sphere_shapes[sphere], get(hand.sphere_centers, sphere))
         deepest = max(deepest, hand.sphere_insides[sphere] - rough_distance(distance, middle))
+        if deepest >= enough:
+            return deepest
     return deepest
 
 

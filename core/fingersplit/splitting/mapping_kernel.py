@@ -87,7 +87,10 @@ def screen_grasp(problem, table, first, second, approach, states, work, costs, c
             return
         combinations[p, h] = math.inf
         _place(hand, table, p, w, h, lateral, jaw, forward, middle, state)
-        depth = rough_penetration(hand, state, problem.distance) + _rough_violation(problem.scene, hand, state, work)
+        enough = SCREENING_CLEARANCE_SCALE * math.sqrt(costs[-1] - cost)  # what is deeper is not chosen
+        depth = _rough_violation(problem.scene, hand, state, work, enough)
+        if depth < enough:
+            depth += rough_penetration(hand, state, problem.distance, enough - depth)
         _insert(costs, choices, cost + (depth / SCREENING_CLEARANCE_SCALE) ** 2, p, h)
 
 
@@ -124,9 +127,9 @@ def map_grasp(problem, table, first, second, approach, choices, states, work, ti
 
 
 @kernel
-def _rough_violation(scene, hand, state, work):
-    """About how much clearance the hand lacks from what stands around the object [m]."""
-    return 0.0 if scene is None else rough_violation(scene, hand, state, work.around)
+def _rough_violation(scene, hand, state, work, enough):
+    """About how much clearance the hand lacks from what stands around the object [m], see ``rough_violation``."""
+    return 0.0 if scene is None else rough_violation(scene, hand, state, work.around, enough)
 
 
 @kernel

@@ -14,7 +14,7 @@ from fingersplit.objects.parametric import PARAMETRIC_OBJECTS
 from fingersplit.objects.preparing import prepare_object
 from fingersplit.scene import Approach, Constraints, Obstacle, Pose, Primitive, Retreat, Scene, SupportSurface
 from fingersplit.scene.obstacles import new_slacks
-from fingersplit.scene.obstacles_kernel import measure_slacks, rough_violation
+from fingersplit.scene.obstacles_kernel import least_bound, measure_slacks, rough_violation
 from fingersplit.scene.preparing import hand_reach, prepare_scene
 from fingersplit.transforms import transform_points
 
@@ -197,7 +197,7 @@ def test_rough_violation_is_near_the_exact_one(model):
     for _ in range(20):
         pose = random_pose(rng)
         exact = max(-slacks(scene, pose)[0].min(), 0.0)
-        rough = rough_violation(scene.arrays, HAND.arrays, pose, new_slacks()[1])
+        rough = rough_violation(scene.arrays, HAND.arrays, pose, new_slacks()[1], np.inf)
         assert rough <= exact + 1e-9
         assert rough >= exact - 0.02
 
@@ -241,3 +241,24 @@ def test_an_object_in_its_support_is_told(model):
     (warning,) = prepare_scene(Constraints(sunk), model, HAND).warnings
     assert "20 mm below support surface 'table'" in warning
     assert prepare_scene(Constraints(Scene(support_surfaces=(SupportSurface(),))), model, HAND).warnings == ()
+
+
+def test_points_are_no_nearer_than_their_bounds(model):
+    rng = np.random.default_rng(11)
+    points = np.concatenate([rng.normal(0, 0.05, (200, 3)), rng.uniform(-0.1, 0.1, (3000, 3)) * [1, 1, 0.01]])
+    arrays = scene_of(model, object_pose=Pose(), obstacles=(Obstacle("cloud", points=points),)).arrays
+    for place in rng.normal(0, 0.15, (2000, 3)):
+        distance = np.linalg.norm(points - place, axis=1).min()
+        assert least_bound(arrays, tuple(place)) <= distance
+
+
+def test_what_lacks_enough_is_not_searched_further(model):
+    rng = np.random.default_rng(12)
+    scene = scene_of(
+        model, support_surfaces=(SupportSurface(offset=0.45),), obstacles=(Obstacle("it", PLACED, PRIMITIVES["box"]),)
+    )
+    for _ in range(20):
+        pose, work = random_pose(rng), new_slacks()[1]
+        whole = rough_violation(scene.arrays, HAND.arrays, pose, work, np.inf)
+        part = rough_violation(scene.arrays, HAND.arrays, pose, work, 0.01)
+        assert part == whole or 0.01 <= part <= whole

@@ -72,7 +72,7 @@ def test_hand_far_away_touches_nothing(barrett, prepared, posed_state):
     measure_clearances(barrett.arrays, state, model.collision, model.distance, np.empty((3, 3)))
     assert state.penetration == 0
     assert np.isinf(state.clearances[: len(barrett.shape_names)]).all()
-    assert rough_penetration(barrett.arrays, state, model.distance) == 0
+    assert rough_penetration(barrett.arrays, state, model.distance, np.inf) == 0
 
 
 @pytest.mark.parametrize("name", ["sphere", "box"])
@@ -89,5 +89,5 @@ def test_rough_penetration_is_that_of_spheres_inside_the_links(
         placed = centers @ rotation.T + position
         outside = np.where(model.mesh.trimesh.contains(placed), -1, 1)
         depths.append((insides - outside * exact_mesh(model.mesh).distance(placed)).max())
-    found = rough_penetration(barrett.arrays, state, model.distance)
+    found = rough_penetration(barrett.arrays, state, model.distance, np.inf)
     assert found == pytest.approx(max(0.0, *depths), abs=SLACK * model.distance.cell)
