@@ -21,6 +21,7 @@ from fingersplit_service.endpoints import (
     jobs,
     object_lookup,
     objects,
+    outcomes,
     parallel_grasps,
     plan,
     sessions,
@@ -49,7 +50,7 @@ __all__ = ["create_app"]
 
 _RESOURCES = (
     *(plan, object_lookup, objects, parallel_grasps, jobs, grasps, views, exports),
-    *(events, batches, hands, catalogs, sessions, health),
+    *(events, outcomes, batches, hands, catalogs, sessions, health),
 )
 _UPLOADS = re.compile(f"{objects.PATH}(/[^/]+/parallel-grasps/import)?")
 _MULTIPART_OVERHEAD = 64 * 1024  # boundaries, part headers, and the other fields [bytes]

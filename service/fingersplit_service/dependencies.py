@@ -7,6 +7,7 @@ from fastapi import Depends, Request
 from fingersplit_service.jobs.hand_catalog import HandCatalog
 from fingersplit_service.jobs.job_service import JobService
 from fingersplit_service.jobs.object_service import ObjectService
+from fingersplit_service.jobs.outcome_service import OutcomeService
 from fingersplit_service.jobs.result_service import ResultService
 from fingersplit_service.operations.health import HealthService
 from fingersplit_service.runtime import Runtime
@@ -14,7 +15,7 @@ from fingersplit_service.security.access import Access
 from fingersplit_service.settings import ServiceSettings
 from fingersplit_service.storage import Storage
 
-__all__ = ["Files", "Hands", "Jobs", "KeyAccess", "Objects", "Operations", "Results", "Settings"]
+__all__ = ["Files", "Hands", "Jobs", "KeyAccess", "Objects", "Operations", "Outcomes", "Results", "Settings"]
 
 
 # All of them are ``async``: without, each request would wait for a thread.
@@ -33,6 +34,10 @@ async def _objects(request: Request) -> ObjectService:
 
 async def _results(request: Request) -> ResultService:
     return _runtime(request).results
+
+
+async def _outcomes(request: Request) -> OutcomeService:
+    return _runtime(request).outcomes
 
 
 async def _hands(request: Request) -> HandCatalog:
@@ -58,6 +63,7 @@ async def _storage(request: Request) -> Storage:
 Jobs = Annotated[JobService, Depends(_jobs)]
 Objects = Annotated[ObjectService, Depends(_objects)]
 Results = Annotated[ResultService, Depends(_results)]
+Outcomes = Annotated[OutcomeService, Depends(_outcomes)]
 Hands = Annotated[HandCatalog, Depends(_hands)]
 Operations = Annotated[HealthService, Depends(_health)]
 KeyAccess = Annotated[Access, Depends(_access)]

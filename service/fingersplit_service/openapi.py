@@ -27,6 +27,7 @@ Upload a mesh or a point cloud, queue a job, get ranked grasps: palm pose, joint
 TAGS = [
     {"name": "objects", "description": "Meshes and point clouds to plan for. Equal ones are one object."},
     {"name": "jobs", "description": "Plans: queued, run by a worker process, and kept."},
+    {"name": "outcomes", "description": "What became of planned grasps on robots, beside what was predicted."},
     {"name": "batches", "description": "Many jobs in one request."},
     {"name": "hands", "description": "Hands that can be planned for."},
     {"name": "catalogs", "description": "Metrics, file formats and sources of parallel grasps that are known."},

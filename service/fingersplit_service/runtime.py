@@ -10,6 +10,7 @@ from fingersplit_service.database.follow_ups import FollowUpStore
 from fingersplit_service.database.jobs import JobStore
 from fingersplit_service.database.keys import KeyStore
 from fingersplit_service.database.objects import ObjectStore
+from fingersplit_service.database.outcomes import OutcomeStore
 from fingersplit_service.database.queue import JobQueue
 from fingersplit_service.jobs.dispatcher import Dispatcher
 from fingersplit_service.jobs.follow_ups import FollowUps
@@ -17,6 +18,7 @@ from fingersplit_service.jobs.hand_catalog import HandCatalog
 from fingersplit_service.jobs.job_service import JobService
 from fingersplit_service.jobs.notifier import Notifier
 from fingersplit_service.jobs.object_service import ObjectService
+from fingersplit_service.jobs.outcome_service import OutcomeService
 from fingersplit_service.jobs.result_service import ResultService
 from fingersplit_service.jobs.worker_functions import WorkerFunctions
 from fingersplit_service.jobs.worker_pool import WorkerPool
@@ -40,6 +42,7 @@ class Runtime:
     jobs: JobService
     objects: ObjectService
     results: ResultService
+    outcomes: OutcomeService
     hands: HandCatalog
     health: HealthService
     access: Access
@@ -92,11 +95,13 @@ async def running(settings: ServiceSettings, functions: WorkerFunctions, metrics
         stack.push_async_callback(_end, sweeping)
         hands = HandCatalog(pool)
         jobs = JobService(job_store, object_store, hands, dispatcher, notifier, storage, metrics, settings)
+        results = ResultService(jobs, storage, pool, functions, settings)
         yield Runtime(
             settings=settings,
             jobs=jobs,
             objects=ObjectService(object_store, storage, pool, functions, hands, settings),
-            results=ResultService(jobs, storage, pool, functions, settings),
+            results=results,
+            outcomes=OutcomeService(OutcomeStore(database), jobs, results),
             hands=hands,
             health=HealthService(job_store, pool, storage, notifier, metrics),
             access=Access(keys),

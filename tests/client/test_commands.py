@@ -14,7 +14,7 @@ from fingersplit_client import Client, JobCreate, commands
 from fingersplit_client.commands.jobs import State
 from fingersplit_client.schemas import JobState
 
-NAMES = {"cancel", "grasps", "jobs", "submit", "watch"}
+NAMES = {"cancel", "grasps", "jobs", "outcome", "outcomes", "submit", "watch"}
 
 
 def run(*arguments: object, code: int = 0, server: str = "") -> "subprocess.CompletedProcess[str]":
@@ -50,6 +50,11 @@ def test_the_way_from_a_mesh_to_a_file(service: str, can: bytes, tmp_path: Path)
     assert len(json.loads(files[0].read_text())["grasps"]) == 3
     assert files[1].read_bytes().startswith(b"\x89PNG")
     assert len(json.loads(files[2].read_text())["grasps"]) == 3
+    assert "dropped" in run("outcome", job, 1, "--dropped", "--note", "slid", server=service).stdout
+    listed = run("outcomes", "--job", job, "--export", tmp_path / "outcomes.csv", server=service).stdout
+    assert "0 of 1 held." in listed
+    assert "slid" in listed
+    assert (tmp_path / "outcomes.csv").read_text().count("\n") == 2
     assert job in run("jobs", "--name", "can", "--state", "succeeded", server=service).stdout
 
 

@@ -219,6 +219,13 @@ def result_document(object_name: str, request: JobCreate) -> dict[str, Any]:
             "verification": None,
         },
         "verification": None,
+        "p_hold": {
+            "value": 0.8,
+            "tier": "estimated",
+            "robustness": "fragile",
+            "position_noise": 0.005,
+            "rotation_noise": 0.087,
+        },
     }
     return {
         "schema_version": 2,

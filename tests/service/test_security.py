@@ -59,6 +59,8 @@ async def guarded(tmp_path_factory, anyio_backend):
             "format_name": "isaac_grasp",
         }
         await api.ended(api.ids["job_id"])
+        outcome = await api.http.post(f"/v1/jobs/{api.ids['job_id']}/grasps/1/outcome", json={"held": True})
+        api.ids["outcome_id"] = outcome.json()["id"]
         yield api
 
 
@@ -67,6 +69,7 @@ def operations(app) -> list[tuple[str, str]]:
 
 
 BODIES = {
+    "/v1/jobs/{job_id}/grasps/{rank}/outcome": {"held": True},
     "/v1/jobs": {"object_id": "{object_id}"},
     "/v1/batches": {"jobs": [{"object_id": "{object_id}"}]},
     "/v1/objects/{object_id}/parallel-grasps": {
@@ -120,7 +123,7 @@ async def test_nothing_crosses_from_one_key_to_another(guarded):
     for method, path in named:
         response = await ask(guarded, method, path, bearer(guarded.theirs))
         assert response.status_code == 404, (method, path, response.text)
-    for path in ("/v1/jobs", "/v1/objects"):
+    for path in ("/v1/jobs", "/v1/objects", "/v1/outcomes"):
         assert (await guarded.http.get(path, headers=bearer(guarded.theirs))).json()["items"] == []
     for path in ("/v1/jobs", "/v1/batches"):
         response = await ask(guarded, "post", path, bearer(guarded.theirs))

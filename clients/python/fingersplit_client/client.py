@@ -18,6 +18,7 @@ from fingersplit_client.resources.batches import Batches
 from fingersplit_client.resources.hands import Hands
 from fingersplit_client.resources.jobs import Jobs
 from fingersplit_client.resources.objects import Objects
+from fingersplit_client.resources.outcomes import Outcomes
 from fingersplit_client.resources.parallel_grasps import ParallelGrasps
 from fingersplit_client.results import PlanResult
 from fingersplit_client.retries import Retries
@@ -39,6 +40,7 @@ class _Operations(Bound[Mode], Generic[Mode]):
         hands: Hands that can be planned for.
         jobs: Plans, from the queue to the result.
         batches: Many jobs in one request.
+        outcomes: What became of grasps on robots.
     """
 
     def __init__(self, mode: Mode) -> None:
@@ -49,6 +51,7 @@ class _Operations(Bound[Mode], Generic[Mode]):
         self.hands = Hands(mode)
         self.jobs = Jobs(mode)
         self.batches = Batches(mode)
+        self.outcomes = Outcomes(mode)
 
     def _mode(self) -> Mode:
         return self._connections

@@ -8,11 +8,11 @@ from typing import Any, Generic, Literal, Self
 from pydantic import ConfigDict, PrivateAttr
 
 from fingersplit_client import schemas
-from fingersplit_client._exchange import quoted
+from fingersplit_client._exchange import dump, parse, quoted
 from fingersplit_client._flow import Flow
 from fingersplit_client.errors import FingersplitClientError, invalid
 from fingersplit_client.modes import Bound, Mode, operation
-from fingersplit_client.schemas import Contact, Vector3
+from fingersplit_client.schemas import Contact, GraspOutcome, OutcomeCreate, PoseError, Vector3
 from fingersplit_client.transforms import Transform, TransformLike, norm, subtract
 
 __all__ = ["Grasp", "JointState", "Link", "LinkedDocument", "PlacedGrasp", "Pregrasp"]
@@ -172,6 +172,26 @@ class Grasp(schemas.Grasp, LinkedDocument[Mode], Generic[Mode]):
         """PNG of hand and object at the start and at the end, and the quality curve."""
         response = yield from self._exchange("GET", f"{self._job_path}/grasps/{self.rank}/picture.png")
         return bytes(response.content)
+
+    @operation
+    def report_outcome(
+        self, *, held: bool, pose_error: TransformLike | None = None, note: str = ""
+    ) -> Flow[GraspOutcome]:
+        """Tell the service what became of the grasp on a robot; of every attempt, also those that went well.
+
+        Args:
+            held: Whether the object stayed in the hand for as long as it was to be held.
+            pose_error: Where the object was before the grasp, against where it was planned to be,
+                ``planned_from_measured``: a 4x4 matrix, a pair of position and wxyz, or a `Transform`.
+            note: What people should know of it.
+        """
+        error = None
+        if pose_error is not None:
+            measured = Transform.of(pose_error)
+            error = PoseError(position=measured.position, wxyz=measured.wxyz)
+        path = f"{self._job_path}/grasps/{self.rank}/outcome"
+        body = dump(OutcomeCreate(held=held, pose_error=error, note=note))
+        return parse(GraspOutcome, (yield from self._exchange("POST", path, json=body)))
 
     def __repr__(self) -> str:
         words = ["feasible" if self.feasible else f"not feasible ({self.termination})"]

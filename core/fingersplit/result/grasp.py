@@ -1,7 +1,7 @@
 """One planned grasp as plain data."""
 
 from dataclasses import dataclass
-from typing import Self
+from typing import Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,7 @@ __all__ = [
     "GraspMetrics",
     "GraspResult",
     "GraspTimings",
+    "HoldProbability",
     "InitialGrasp",
     "Iterations",
     "PalmPose",
@@ -129,6 +130,21 @@ class InitialGrasp:
 
 
 @dataclass(frozen=True)
+class HoldProbability:
+    """How probably the executed grasp holds where pose, friction and mass are not exactly as planned."""
+
+    value: float = described("Probability that the grasp holds, 0 to 1")
+    tier: Literal["estimated", "simulated"] = described(
+        "Where it comes from: estimated from surface and closing kinematics, or simulated executions"
+    )
+    robustness: Literal["robust", "fragile", "futile"] = described(
+        "In a word: robust from 0.85 on, futile below 0.4, fragile between"
+    )
+    position_noise: float = described("Root mean square displacement of the object that is reckoned with", "m")
+    rotation_noise: float = described("Root mean square turn of the object that is reckoned with", "rad")
+
+
+@dataclass(frozen=True)
 class GraspResult:
     """One planned grasp."""
 
@@ -156,6 +172,9 @@ class GraspResult:
     initial: InitialGrasp = described("What the run started from")
     verification: Verification | None = described(
         "Report of the grasp's verification in simulation; null when it was not verified", default=None
+    )
+    p_hold: HoldProbability | None = described(
+        "How probably the grasp holds when it is executed under noise; null where it was not judged", default=None
     )
     world: WorldPoses | None = described("Palm and tool in the scene's frame", default=None)
     approach_path: Way | None = described("The straight way in", default=None)

@@ -24,6 +24,7 @@ from fingersplit.result.grasp import (
     GraspMetrics,
     GraspResult,
     GraspTimings,
+    HoldProbability,
     InitialGrasp,
     Iterations,
     PalmPose,
@@ -73,6 +74,7 @@ _CLASSES: dict[str, tuple[type, ...]] = {
         Iterations,
         GraspTimings,
         Pregrasp,
+        HoldProbability,
         InitialGrasp,
         FramePose,
         WorldPoses,
@@ -227,6 +229,8 @@ def _type(hint: Any) -> str:
         return f"tuple[{', '.join(_type(one) for one in arguments)}]"
     if origin is dict:
         return f"dict[str, {_type(arguments[1])}]"
+    if origin is Literal and hint not in _NAMES:
+        return "Literal[" + ", ".join(f'"{value}"' for value in arguments) + "]"
     return _name(hint)
 
 

@@ -5,7 +5,7 @@ Times are seconds since 1970, UTC; documents are JSON text. ``owner`` is the id 
 
 import sqlalchemy as sa
 
-__all__ = ["api_keys", "jobs", "metadata", "objects", "parallel_grasp_sets", "results", "uploads"]
+__all__ = ["api_keys", "grasp_outcomes", "jobs", "metadata", "objects", "parallel_grasp_sets", "results", "uploads"]
 
 metadata = sa.MetaData()
 
@@ -88,6 +88,24 @@ results = sa.Table(
     metadata,
     sa.Column("job_id", _Id, sa.ForeignKey("jobs.id", ondelete="CASCADE"), primary_key=True),
     sa.Column("document", sa.Text, nullable=False, comment="PlanResult; apart, so that lists do not read over it"),
+)
+
+grasp_outcomes = sa.Table(  # without a reference to jobs: what a robot found out outlives them
+    "grasp_outcomes",
+    metadata,
+    sa.Column("number", _Number, primary_key=True, comment="order of arrival"),
+    sa.Column("id", _Id, nullable=False, unique=True),
+    sa.Column("owner", _Id, nullable=False),
+    sa.Column("job_id", _Id, nullable=False),
+    sa.Column("rank", sa.Integer, nullable=False),
+    sa.Column("object_id", _Id, nullable=False),
+    sa.Column("hand", _Id, nullable=False),
+    sa.Column("held", sa.Boolean, nullable=False),
+    sa.Column("p_hold", sa.Float(53)),
+    sa.Column("document", sa.Text, nullable=False, comment="GraspOutcome"),
+    sa.Column("grasp", sa.Text, nullable=False, comment="palm and joints as they were planned"),
+    sa.Index("ix_grasp_outcomes_owner_number", "owner", "number"),
+    sa.Index("ix_grasp_outcomes_owner_job", "owner", "job_id", "number"),
 )
 
 uploads = sa.Table(

@@ -17,6 +17,7 @@ __all__ = [
     "FramePose",
     "Grasp",
     "GraspTimings",
+    "HoldProbability",
     "InitialState",
     "Iterations",
     "Metrics",
@@ -144,6 +145,20 @@ class Pregrasp(Document):
     joints: dict[str, float] = Field(description="Joint angles by name during the approach, opened [rad].")
 
 
+class HoldProbability(Document):
+    """How probably the executed grasp holds where pose, friction and mass are not exactly as planned."""
+
+    value: float = Field(description="Probability that the grasp holds, 0 to 1.")
+    tier: Literal["estimated", "simulated"] = Field(
+        description="Where it comes from: estimated from surface and closing kinematics, or simulated executions."
+    )
+    robustness: Literal["robust", "fragile", "futile"] = Field(
+        description="In a word: robust from 0.85 on, futile below 0.4, fragile between."
+    )
+    position_noise: float = Field(description="Root mean square displacement of the object that is reckoned with [m].")
+    rotation_noise: float = Field(description="Root mean square turn of the object that is reckoned with [rad].")
+
+
 class InitialState(Document):
     """What a run started from."""
 
@@ -245,6 +260,10 @@ class Grasp(Document):
     initial: InitialState = Field(description="What the run started from.")
     verification: Verification | None = Field(
         default=None, description="Report of the grasp's verification in simulation; null when it was not verified."
+    )
+    p_hold: HoldProbability | None = Field(
+        default=None,
+        description="How probably the grasp holds when it is executed under noise; null where it was not judged.",
     )
     world: WorldPoses | None = Field(default=None, description="Palm and tool in the scene's frame.")
     approach_path: Way | None = Field(default=None, description="The straight way in.")
