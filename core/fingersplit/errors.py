@@ -1,9 +1,11 @@
 """The error tree: bad input raises one of these; a grasp that cannot be found is a result, not an exception."""
 
+import difflib
 from collections.abc import Iterable
 
 __all__ = [
     "CacheError",
+    "DatasetError",
     "FingersplitError",
     "FormatError",
     "HandError",
@@ -16,7 +18,21 @@ __all__ = [
     "SettingsError",
     "UnknownHandError",
     "ViewerError",
+    "suggestion",
 ]
+
+
+def suggestion(name: str, known: Iterable[str], what: str = "") -> str:
+    """What ends a sentence about an unknown name: the known one that is spelt most like it, and all of them.
+
+    Args:
+        name: The unknown name.
+        known: The known ones.
+        what: What they are, such as ``hands``.
+    """
+    names = list(known)
+    near = difflib.get_close_matches(name, names, 1)
+    return f"{f'did you mean {near[0]!r}? K' if near else 'k'}nown{what and f' {what}'}: {', '.join(names)}."
 
 
 class FingersplitError(Exception):
@@ -25,6 +41,10 @@ class FingersplitError(Exception):
 
 class CacheError(FingersplitError):
     """A cache folder, a limit, a key or an array that cannot be used."""
+
+
+class DatasetError(FingersplitError):
+    """A folder that is no data set, belongs to another one, or cannot be written."""
 
 
 class ObjectFileError(FingersplitError):
@@ -59,8 +79,8 @@ class UnknownHandError(FingersplitError):
     """A hand name that no folder of ``fingersplit.hands`` has."""
 
     def __init__(self, name: str, known: Iterable[str]) -> None:
-        super().__init__(f"Unknown hand {name!r}; known hands: {', '.join(known)}.")
         self.name, self.known = name, tuple(known)
+        super().__init__(f"Unknown hand {name!r}; {suggestion(name, self.known, 'hands')}")
 
     def __reduce__(self) -> tuple[type["UnknownHandError"], tuple[str, tuple[str, ...]]]:
         """Survive the way back from a worker process with both arguments."""

@@ -6,7 +6,7 @@ from fingersplit.formats.exporting import Export
 from fingersplit.formats.file_format import FileFormat
 from fingersplit.transforms import euler_xyz_from_rotation
 
-__all__ = ["DEXGRASPNET"]
+__all__ = ["DEXGRASPNET", "ROTATION", "TRANSLATION"]
 
 TRANSLATION, ROTATION = ("WRJTx", "WRJTy", "WRJTz"), ("WRJRx", "WRJRy", "WRJRz")
 

@@ -6,7 +6,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from fingersplit.errors import FormatError
+from fingersplit.errors import FormatError, suggestion
 
 __all__ = ["GRIPPERS", "Gripper", "JawPoses", "gripper_called", "gripper_of"]
 
@@ -44,7 +44,7 @@ def gripper_called(name: str) -> Gripper:
         FormatError: It is not known.
     """
     if name not in GRIPPERS:
-        raise FormatError(f"Unknown gripper {name!r}; known: {', '.join(GRIPPERS)}.")
+        raise FormatError(f"Unknown gripper {name!r}; {suggestion(name, GRIPPERS)}")
     return GRIPPERS[name]
 
 

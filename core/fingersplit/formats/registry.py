@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from functools import cache
 from typing import Literal
 
-from fingersplit.errors import FormatError
+from fingersplit.errors import FormatError, suggestion
 from fingersplit.formats.file_format import FileFormat
 from fingersplit.registry import find_by_name
 
@@ -29,5 +29,5 @@ def known_format(name: str, among: Mapping[str, FileFormat]) -> FileFormat:
         FormatError: It is not one of these; the message lists them.
     """
     if name not in among:
-        raise FormatError(f"Unknown format {name!r}; known: {', '.join(among)}.")
+        raise FormatError(f"Unknown format {name!r}; {suggestion(name, among)}")
     return among[name]

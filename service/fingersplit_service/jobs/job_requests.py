@@ -8,7 +8,7 @@ from uuid import uuid4
 from pydantic import TypeAdapter
 
 from fingersplit.contacts.friction import without_friction
-from fingersplit.errors import ParallelGraspError, SettingsError
+from fingersplit.errors import ParallelGraspError, SettingsError, suggestion
 from fingersplit.parallel_grasps.parallel_grasp import ParallelGrasp
 from fingersplit.splitting.settings import PlannerSettings
 from fingersplit_client.schemas import JobCreate
@@ -74,7 +74,7 @@ def check_hand(hands: HandCatalog, name: str, prefix: str = "") -> None:
     """
     known = [hand.name for hand in hands.all()]
     if name not in known:
-        detail = f"Unknown hand {name!r}; known hands: {', '.join(known)}."
+        detail = f"Unknown hand {name!r}; {suggestion(name, known, 'hands')}"
         raise InvalidField(f"{prefix}/hand", detail, valid=known)
 
 

@@ -5,7 +5,7 @@ from importlib import import_module
 from pkgutil import iter_modules
 from typing import Any
 
-from fingersplit.errors import SettingsError
+from fingersplit.errors import SettingsError, suggestion
 from fingersplit.verification.protocol import Protocol
 
 __all__ = ["available_protocols", "load_protocol"]
@@ -30,5 +30,5 @@ def load_protocol(name: str, values: dict[str, Any] | None = None) -> Protocol:
     """
     presets = available_protocols()
     if name not in presets:
-        raise SettingsError(f"Unknown verification protocol {name!r}; known: {', '.join(presets)}.")
+        raise SettingsError(f"Unknown verification protocol {name!r}; {suggestion(name, presets)}")
     return presets[name].with_values(values or {})
