@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import Field, field, fields
 from typing import Any
 
-from fingersplit.errors import SettingsError
+from fingersplit.errors import SettingsError, suggestion
 
 __all__ = ["check_known", "check_settings", "in_range", "setting"]
 
@@ -73,4 +73,5 @@ def check_known(names: Iterable[str] | Mapping[str, Any], kind: Any, unknown: st
     known = [one.name for one in fields(kind)]
     strange = sorted(set(names) - set(known))
     if strange:
-        raise SettingsError(f"{unknown.format(repr(strange[0]))}; known: {', '.join(known)}.{advice and ' '}{advice}")
+        near = suggestion(strange[0], known)
+        raise SettingsError(f"{unknown.format(repr(strange[0]))}; {near}{advice and ' '}{advice}")

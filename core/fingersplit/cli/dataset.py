@@ -52,7 +52,7 @@ def dataset(
     friction: Annotated[float | None, typer.Option(help="Coulomb friction between objects and pads.")] = None,
     fairing: Annotated[float, typer.Option(help="Smooth noisy meshes: wavelength attenuated by half [m].")] = 0.0,
     protocol: Annotated[str, typer.Option(help="What verified grasps must survive.")] = "lift",
-    controller: Annotated[str, typer.Option(help="virtual_frame, or squeeze.")] = "virtual_frame",
+    controller: Annotated[str, typer.Option(help="virtual_frame, or position_servo.")] = "virtual_frame",
     simulated_friction: Annotated[
         float | None, typer.Option(help="Friction in the simulation; default: the planned one.", min=0)
     ] = None,

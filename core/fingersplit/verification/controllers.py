@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingersplit.contacts.grip import Grip
-from fingersplit.errors import SettingsError
+from fingersplit.errors import SettingsError, suggestion
 from fingersplit.ranges import check_known, check_settings, setting
 from fingersplit.verification.scene import Scene
 from fingersplit.verification.scene_parts import FINGER_SERVOS, JOINT_SERVOS
@@ -139,6 +139,6 @@ def load_controller(name: str, values: dict[str, Any] | None = None) -> Controll
         SettingsError: No such controller or no such number; the message lists the known ones.
     """
     if name not in CONTROLLERS:
-        raise SettingsError(f"Unknown controller {name!r}; known: {', '.join(CONTROLLERS)}.")
+        raise SettingsError(f"Unknown controller {name!r}; {suggestion(name, CONTROLLERS)}")
     check_known(values or {}, CONTROLLERS[name], f"Controller {name!r} has no number {{}}")
     return CONTROLLERS[name](**(values or {}))

@@ -119,6 +119,7 @@ def test_hdf5(prepared, tmp_path):
 
 def test_format_must_be_known_and_fit_the_file(prepared, tmp_path):
     (tmp_path / "g.json").write_text("[]")
-    assert "Unknown format 'grasp'; known: acronym, " in refuse(tmp_path / "g.json", prepared("box"), "grasp")
+    unknown = refuse(tmp_path / "g.json", prepared("box"), "grasp")
+    assert "Unknown format 'grasp'; did you mean 'graspnet'? Known: acronym, " in unknown
     assert "is a file of kind json; ACRONYM HDF5 needs hdf5" in refuse(tmp_path / "g.json", prepared("box"), "acronym")
     assert "cannot be read" in refuse(tmp_path / "nowhere.json", prepared("box"))

@@ -85,7 +85,7 @@ def test_kernels_get_the_same_values_in_their_types():
 @pytest.mark.parametrize(
     ("document", "message"),
     [
-        ({"fidelty": "paper"}, r"Unknown planner setting 'fidelty'; known: fidelity, "),
+        ({"fidelty": "paper"}, r"Unknown planner setting 'fidelty'; did you mean 'fidelity'\? Known: fidelity, "),
         ({"friction": 0.5}, r"Unknown planner setting 'friction'; .* option of the object"),
         ({"max_inner_iterations": True}, r"'max_inner_iterations' must be .*, got True"),
         ({"max_inner_iterations": 5.0}, r"'max_inner_iterations' must be .*, got 5.0"),
