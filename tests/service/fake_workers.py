@@ -210,6 +210,18 @@ def result_document(object_name: str, request: JobCreate) -> dict[str, Any]:
         "reason": "It is the only one.",
         "pregrasp": {"palm": state["palm"], "joints": state["joints"]},
         "squeeze_joints": {"finger1_base": 1.1},
+        "grip": {
+            "forces": [[-2.0, 0.0, 0.0]],
+            "supporting": [],
+            "torques": {"finger1_base": 0.2},
+            "stiffness": {"finger1_base": 17.0},
+            "damping": {"finger1_base": 0.34},
+            "load": 3.0,
+            "friction": [0.36],
+            "max_force": 30.0,
+            "violation": 0.0,
+            "limited": False,
+        },
         "iterations": {"outer": 1, "cpo": 2, "ppo": 3},
         "timings_ms": {f"{phase}_{stage}": 0.1 for phase in ("cpo", "ppo") for stage in stages} | {"total": 0.6},
         "initial": state

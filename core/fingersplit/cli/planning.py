@@ -91,8 +91,11 @@ def plan(
         str, typer.Option(help="What is done with the held object; see `fingersplit verify`.")
     ] = "lift",
     controller: Annotated[
-        str, typer.Option(help="virtual_frame, or position_servo for position-controlled hands.")
-    ] = "virtual_frame",
+        str,
+        typer.Option(
+            help="position_servo or joint_torque, which execute the published grip, or virtual_frame with its own."
+        ),
+    ] = "position_servo",
     simulated_friction: Annotated[
         float | None,
         typer.Option(

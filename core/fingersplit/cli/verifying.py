@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Self
+from typing import TYPE_CHECKING, Annotated, Any, Self
 
 import typer
 from rich.table import Table
@@ -15,6 +15,9 @@ from fingersplit.grasp import Grasp
 from fingersplit.hands.hand import Hand
 from fingersplit.objects.model import ObjectModel
 from fingersplit.result.verification import Verification
+
+if TYPE_CHECKING:
+    from fingersplit.verification.published import Execution
 
 __all__ = ["verify_stored"]
 
@@ -45,14 +48,17 @@ def verify_stored(
         list[str] | None, typer.Option(help="A number of the protocol as NAME=VALUE, such as height=0.1; repeatable.")
     ] = None,
     controller: Annotated[
-        str, typer.Option(help="virtual_frame, or position_servo for position-controlled hands.")
-    ] = "virtual_frame",
+        str,
+        typer.Option(
+            help="position_servo or joint_torque, which execute the published grip, or virtual_frame with its own."
+        ),
+    ] = "position_servo",
     friction: Annotated[
         float | None, typer.Option(help="Sliding friction in the simulation; default: the planned one.", min=0.0)
     ] = None,
     planned_friction: Annotated[
         float | None,
-        typer.Option(help="Friction that grip forces are planned for; default: the one of the result, else 0.6."),
+        typer.Option(help="Plan the grip anew for this friction; default: the grip of the result, else for 0.6."),
     ] = None,
     mass: Annotated[float | None, typer.Option(help="Mass of the object [kg]; default: the planned one.")] = None,
     rank: Annotated[int | None, typer.Option(help="Only the grasp at this place of the file, from 1.", min=1)] = None,
@@ -64,7 +70,8 @@ def verify_stored(
 ) -> None:
     """Simulate stored grasps in MuJoCo and say which hold, and why others do not.
 
-    Of a result, unit, viewpoint, mass, friction and options of the object are those it was planned with.
+    Of a result, unit, viewpoint, mass, friction and options of the object are those it was planned with, and what is
+    executed is what it publishes: pre-grasp, joints, squeeze and grip.
     """
     from fingersplit.contacts.friction import planned_friction as decide_friction
     from fingersplit.objects.convex_pieces import decompose
@@ -79,7 +86,7 @@ def verify_stored(
     planned = decide_friction(planned_friction, stored.friction)
     pieces = decompose(stored.model.mesh)
 
-    def report(grasp: Grasp) -> Verification:
+    def report(grasp: Grasp, execution: Execution | None = None) -> Verification:
         return verify(
             grasp,
             stored.hand,
@@ -90,11 +97,16 @@ def verify_stored(
             planned_friction=planned,
             mass=mass,
             controller=chosen_controller,
+            execution=execution if planned_friction is None else None,
             threads=threads,
         )
 
     rows = [
-        _Row(one.name, report(one.final), report(one.initial) if initial and one.initial is not None else None)
+        _Row(
+            one.name,
+            report(one.final, one.execution),
+            report(one.initial) if initial and one.initial is not None else None,
+        )
         for one in chosen
     ]
     output.console.print(_table(f"{object_file.stem}, {stored.hand.name}, {protocol}", rows))
@@ -110,10 +122,11 @@ def verify_stored(
 
 @dataclass(frozen=True, eq=False)
 class _Named:
-    """A grasp to verify: its name in the file, and the grasp that it began as where the file says so."""
+    """A grasp to verify: its name in the file, how it is executed and what it began as where the file says so."""
 
     name: str
     final: Grasp
+    execution: "Execution | None" = None
     initial: Grasp | None = None
 
 
@@ -137,6 +150,7 @@ class _Stored:
     def _from_result(cls, file: Path, object_file: Path, unit: str | None, hand: str | None) -> Self:
         from fingersplit.cli.objects import load_origin
         from fingersplit.result import read_result
+        from fingersplit.verification.published import Execution
 
         result = read_result(file)
         planned = result.object.source.unit
@@ -144,7 +158,12 @@ class _Stored:
             raise SettingsError(f"{file} was planned with unit {planned!r}, not {unit!r}; leave --unit out.")
         model, known_hand = load_origin(result, object_file, hand)
         grasps = tuple(
-            _Named(f"rank {one.rank}", one.for_hand(known_hand), one.initial.for_hand(known_hand))
+            _Named(
+                f"rank {one.rank}",
+                one.for_hand(known_hand),
+                Execution.of_result(one, known_hand),
+                one.initial.for_hand(known_hand),
+            )
             for one in result.grasps
         )
         return cls(known_hand, model, grasps, result.friction)

@@ -19,8 +19,9 @@ from fingersplit.contacts.linear_program import maximum
 
 __all__ = ["Grip", "GripProblem", "least_grip"]
 
-TANGENTIAL_COST, VIOLATION_COST, LACK_COST = 1.0, 100.0, 1000.0
-"""What a newton along a surface, outside a friction cone and missing in pressing cost in newtons of grip."""
+TANGENTIAL_COST, VIOLATION_COST, LACK_COST, SHORTAGE_COST = 1.0, 100.0, 1000.0, 20.0
+"""What a newton along a surface, outside a friction cone, missing in pressing and missing in a finger's share of the
+grip cost in newtons of grip."""
 MIN_VIOLATION = 1e-3
 """Forces that leave their cones by less count as inside [N]."""
 AT_LIMIT = 1e-6
@@ -37,9 +38,11 @@ class GripProblem:
         jacobians: Contact velocities by the joints, (F, 3, N) [m/rad].
         torque_limits: Largest joint torques, (N,) [N m].
         center_of_mass: Of the object, (3,) [m].
-        friction: Sliding friction coefficient that may be relied on.
+        friction: Sliding friction coefficient that may be relied on, one number or one a finger (F,).
         least_forces: Each finger presses with at least this, where its pulls can press at all, (F,) [N].
         loads: Forces on the object's centre of mass that the fingers must balance, (L, 3) [N].
+        max_force: Largest normal force of a finger with its share of a load [N].
+        min_share: Each finger presses with at least this share of the strongest one's force, where its pulls can.
     """
 
     contacts: NDArray[np.float64]
@@ -47,9 +50,11 @@ class GripProblem:
     jacobians: NDArray[np.float64]
     torque_limits: NDArray[np.float64]
     center_of_mass: NDArray[np.float64]
-    friction: float
+    friction: float | NDArray[np.float64]
     least_forces: NDArray[np.float64]
     loads: NDArray[np.float64]
+    max_force: float = np.inf
+    min_share: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,39 +79,41 @@ def least_grip(problem: GripProblem) -> Grip:
     directions, shares = _pull_directions(problem.contacts), _load_shares(problem)  # (P, F, 3), (L, F, 3)
     tangents = facet_directions(problem.normals)  # (F, E, 3)
     pairs, fingers, edges = len(directions), len(problem.contacts), tangents.shape[1]
-    limits = problem.torque_limits
-    # Unknowns: pulls (P), largest normal force, violation, lack of pressing, tangential force of each finger (F).
+    limits, friction = problem.torque_limits, np.broadcast_to(problem.friction, fingers)
+    # Unknowns: pulls (P), largest normal force, violation, lack of pressing, shortage of a share, tangential force of
+    # each finger (F).
     normal = -np.einsum("fk,pfk->fp", problem.normals, directions)
     tangential = np.einsum("fek,pfk->fep", tangents, directions)
-    outside = (tangential - problem.friction * normal[:, None]).reshape(-1, pairs)
-    outside_by_load = np.einsum("fek,lfk->lfe", tangents + problem.friction * problem.normals[:, None], shares)
+    outside = (tangential - friction[:, None, None] * normal[:, None]).reshape(-1, pairs)
+    cones = tangents + friction[:, None, None] * problem.normals[:, None]
+    outside_by_load = np.einsum("fek,lfk->lfe", cones, shares)
+    pressing_by_load = -np.einsum("fk,lfk->lf", problem.normals, shares).min(axis=0)
     torque = np.einsum("fkn,pfk->np", problem.jacobians, directions) / limits[:, None]
     torque_of_load = np.abs(np.einsum("fkn,lfk->ln", problem.jacobians, shares)).max(axis=0) / limits
     room = np.maximum(1.0 - torque_of_load, 0.1)
     none, of_finger = np.zeros, np.repeat(np.eye(fingers), edges, axis=0)
 
-    def rows(
-        pull: NDArray[np.float64], largest: float = 0.0, violation: float = 0.0, lack: float = 0.0, along: Any = 0.0
-    ) -> NDArray[np.float64]:
-        slacks = np.tile([largest, violation, lack], (len(pull), 1))
-        return np.column_stack([pull, slacks, np.broadcast_to(along, (len(pull), fingers))])
+    def rows(pull: NDArray[np.float64], *slacks: float, along: Any = 0.0) -> NDArray[np.float64]:
+        """Rows for pulls, slacks (largest, violation, lack, shortage) and tangential forces."""
+        padded = np.tile([*slacks, *(0.0 for _ in range(4 - len(slacks)))], (len(pull), 1))
+        return np.column_stack([pull, padded, np.broadcast_to(along, (len(pull), fingers))])
 
-    worst_load = outside_by_load.max(axis=0).ravel()
-    costs = np.concatenate([none(pairs), [1.0, VIOLATION_COST, LACK_COST], np.full(fingers, TANGENTIAL_COST)])
-    A = np.vstack(
-        [
-            rows(outside, violation=-1),
-            rows(tangential.reshape(-1, pairs), along=-of_finger),
-            rows(normal, largest=-1),
-            rows(-normal, lack=-1),
-            np.eye(3 + fingers, pairs + 3 + fingers, pairs) * -1.0,
-            rows(np.vstack([torque, -torque])),
-        ]
-    )
-    b = np.concatenate(
-        [-worst_load, none(len(outside)), none(fingers), -problem.least_forces, none(3 + fingers), room, room]
-    )
-    unit = max(float(np.abs(b).max()), 1.0)  # of force [N], in which the program is of order one
+    blocks = [
+        (rows(outside, 0, -1), -outside_by_load.max(axis=0).ravel()),
+        (rows(tangential.reshape(-1, pairs), along=-of_finger), none(len(outside))),
+        (rows(normal, -1), none(fingers)),
+        (rows(-normal, 0, 0, -1), -problem.least_forces),
+        (np.eye(4 + fingers, pairs + 4 + fingers, pairs) * -1.0, none(4 + fingers)),
+    ]
+    if problem.min_share > 0.0:
+        blocks.append((rows(-normal, problem.min_share, 0, 0, -1), none(fingers)))
+    if np.isfinite(problem.max_force):
+        blocks.append((rows(normal), np.maximum(problem.max_force - pressing_by_load, 0.1 * problem.max_force)))
+    blocks.append((rows(np.vstack([torque, -torque])), np.concatenate([room, room])))
+    A, b = np.vstack([block[0] for block in blocks]), np.concatenate([block[1] for block in blocks])
+    slack_costs = [1.0, VIOLATION_COST, LACK_COST, SHORTAGE_COST]
+    costs = np.concatenate([none(pairs), slack_costs, np.full(fingers, TANGENTIAL_COST)])
+    unit = max(float(np.abs(b[: -2 * len(limits)]).max()), 1.0)  # of force [N], in which the program is of order one
     A[-2 * len(limits) :] *= unit
     b[: -2 * len(limits)] /= unit
     solution = maximum(-costs, A, b)

@@ -11,10 +11,10 @@ __all__ = ["LINEAR_PROGRAM", "MAX_ROWS", "MAX_VARIABLES", "maximize"]
 
 _PAIRS = MAX_FINGERS * (MAX_FINGERS - 1) // 2
 _HOLDING = MAX_FINGERS * (FACETS + 2 + 2 * MAX_CHAIN_DRIVERS), 3 * MAX_FINGERS - 6 + 1
-_GRIP = MAX_FINGERS * (2 * FACETS + 3) + 2 * MAX_DRIVERS + 3, _PAIRS + 3 + MAX_FINGERS
+_GRIP = MAX_FINGERS * (2 * FACETS + 5) + 2 * MAX_DRIVERS + 4, _PAIRS + 4 + MAX_FINGERS
 MAX_ROWS, MAX_VARIABLES = max(_HOLDING[0], _GRIP[0]), max(_HOLDING[1], _GRIP[1])
 """Most inequalities and variables, for the largest hand: of ``holding_kernel`` (facets, largest and pressing force,
-and both ways the torque of every driver, finger by finger) and of ``grip`` (two rows a facet, three bounds a finger,
+and both ways the torque of every driver, finger by finger) and of ``grip`` (two rows a facet, five bounds a finger,
 both ways the torque of every driver of the hand, slacks)."""
 
 LINEAR_PROGRAM = np.dtype(

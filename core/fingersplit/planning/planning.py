@@ -27,6 +27,7 @@ from fingersplit.result.grasp import (
     ParallelContacts,
     Pregrasp,
 )
+from fingersplit.result.grip import PlannedGrip
 from fingersplit.result.plan import (
     SCHEMA_VERSION,
     PlannedObject,
@@ -169,7 +170,8 @@ def _grasp(ranked: RankedGrasp, found: Search) -> GraspResult:
         joints=hand.named(run.final.joints),
         contacts=_contacts(run.final, hand, ranked.holding.forces),
         pregrasp=_pregrasp(execution, hand),
-        squeeze_joints=hand.named(execution.squeeze_joints),
+        squeeze_joints=hand.named(execution.grip.targets),
+        grip=PlannedGrip.from_plan(execution.grip, hand),
         metrics=ranked.metrics,
         self_clearance=run.self_clearance,
         termination=run.termination,

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fingersplit.contacts.grip_plan import plan_grip
 from fingersplit.contacts.holding import GRAVITY, Contacts, Holding, assess_holding
 from fingersplit.contacts.metric import GraspState
 from fingersplit.contacts.metrics import assess
@@ -58,7 +59,7 @@ def rank_runs(
 
     Fewest violated constraints first, so feasible grasps lead; then by the margin with which they hold the object's
     weight (``contacts.holding``), so that no feasible grasp that cannot carry it stands before one that can; where none
-    can carry it, by Q.
+    can carry it, by Q. Of the best ``top_k``, those with a finger that only supports stand after the others.
     """
     if not runs:
         return ()
@@ -73,14 +74,25 @@ def rank_runs(
             break
         if not any(_nearly_same(runs[i], runs[better]) for better in kept):
             kept.append(i)
-    return tuple(_planned(rank, runs[i], holdings[i], model, friction) for rank, i in enumerate(kept, 1))
+    executions = {i: _execution(runs[i], holdings[i], model) for i in kept}
+    kept.sort(key=lambda i: (runs[i].violation_count, holdings[i].margin < 0.0, executions[i].grip.supporting.any()))
+    return tuple(_planned(rank, runs[i], holdings[i], executions[i], model, friction) for rank, i in enumerate(kept, 1))
 
 
-def _planned(rank: int, run: Run, holding: Holding, model: ObjectModel, friction: float) -> RankedGrasp:
+def _execution(run: Run, holding: Holding, model: ObjectModel) -> GraspExecution:
+    """How a run's grasp is executed, with a grip that relies on the friction that counts at each contact."""
+    grip = plan_grip(
+        run.final, run.hand, friction=holding.frictions, mass=model.mass, center_of_mass=model.center_of_mass
+    )
+    return plan_execution(run.problem, run.hand, run.last, grip, run.outcome.way)
+
+
+def _planned(
+    rank: int, run: Run, holding: Holding, execution: GraspExecution, model: ObjectModel, friction: float
+) -> RankedGrasp:
     final = run.final
     space = WrenchSpace(final.contacts, final.normals, friction, model.center_of_mass, model.radius)
     metrics = assess(GraspState(space, run.scores, holding))
-    execution = plan_execution(run.problem, run.hand, run.last, holding.forces, run.outcome.way)
     return RankedGrasp(
         rank=rank,
         run=run,
@@ -109,8 +121,11 @@ def _reason(run: Run, holding: Holding, execution: GraspExecution, weight: float
             f"Supports the object's weight ({weight:.2f} N) for every tested gravity direction; minimum friction "
             f"margin {holding.margin:.2f} N, with gravity along {down}"
         )
+    only = [finger.name for finger, rests in zip(run.hand.fingers, execution.grip.supporting, strict=True) if rests]
+    supports = f" Takes no share of the grip and only supports: {', '.join(only)}." if only else ""
     approach = "" if execution.pregrasp_pose is not None else " No collision-free straight approach."
-    return f"{held}; lowest effective friction coefficient: {holding.frictions.min():.2f} at {weakest}.{approach}"
+    lowest = f"lowest effective friction coefficient: {holding.frictions.min():.2f} at {weakest}"
+    return f"{held}; {lowest}.{supports}{approach}"
 
 
 def _direction_name(direction: np.ndarray) -> str:

@@ -6,9 +6,11 @@ from typing import Literal, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from fingersplit.contacts.grip_plan import GripPlan
 from fingersplit.errors import ResultError
 from fingersplit.grasp import Grasp, HandPose
 from fingersplit.hands.hand import Hand
+from fingersplit.result.grip import PlannedGrip
 from fingersplit.result.scene import Clearance, Way, WorldPoses
 from fingersplit.result.verification import Verification
 from fingersplit.result.wire import Quaternion, Vector3, described
@@ -26,6 +28,7 @@ __all__ = [
     "PalmPose",
     "ParallelContacts",
     "Pregrasp",
+    "joints_in_order",
 ]
 
 GraspMetrics = dict[str, float | None]
@@ -75,8 +78,7 @@ class Contact:
     pad_angle: float = described("Angle between the pad's normal and the inward surface normal", "rad")
     force: Vector3 | None = described(
         "Force of the finger on the object that carries its weight with gravity in the worst direction, object frame; "
-        "null where none can. The grip that a simulation presses with is planned for the loads of its protocol and "
-        "stands in `verification.grip`",
+        "null where none can. How hard the fingers press on the unloaded object stands in `grip`",
         "N",
     )
 
@@ -162,8 +164,9 @@ class GraspResult:
     contacts: tuple[Contact, ...] = described("Contacts, one a finger")
     pregrasp: Pregrasp | None = described("How to get there; null when no straight way in is free")
     squeeze_joints: dict[str, float] = described(
-        "Targets of position servos that press the pads on, by joint name", "rad"
+        "Targets of position servos of the stiffness in grip, which press with its forces, by joint name", "rad"
     )
+    grip: PlannedGrip = described("How hard to grip: forces, torques and servos")
     metrics: GraspMetrics = described("Every metric of the grasp by name; null where it has no number for it")
     termination: Termination = described("Why the run ended")
     advice: str = described("What the termination means and what to try, in a sentence")
@@ -200,11 +203,19 @@ class GraspResult:
         """Where the approach begins; None when no straight way in is free."""
         if self.pregrasp is None:
             return None
-        return HandPose(self.pregrasp.palm.object_from_palm, _in_order(hand, self.pregrasp.joints))
+        return HandPose(self.pregrasp.palm.object_from_palm, joints_in_order(hand, self.pregrasp.joints))
 
     def squeeze_pose(self, hand: Hand) -> HandPose:
         """The palm of the grasp and the targets of position servos that press the pads on."""
-        return HandPose(self.palm.object_from_palm, _in_order(hand, self.squeeze_joints))
+        return HandPose(self.palm.object_from_palm, joints_in_order(hand, self.squeeze_joints))
+
+    def grip_plan(self, hand: Hand) -> GripPlan:
+        """The grip as arrays.
+
+        Raises:
+            ResultError: Its drivers or fingers are not those of the hand.
+        """
+        return self.grip.to_plan(hand, joints_in_order(hand, self.squeeze_joints))
 
     @property
     def title(self) -> str:
@@ -219,7 +230,7 @@ def _grasp(hand: Hand, palm: PalmPose, joints: dict[str, float], contacts: tuple
         raise ResultError(f"The grasp has contacts of {[c.finger for c in contacts]}; {hand.name} has fingers {names}.")
     return Grasp(
         object_from_palm=palm.object_from_palm,
-        joints=_in_order(hand, joints),
+        joints=joints_in_order(hand, joints),
         contacts=np.array([contact.position for contact in contacts]),
         normals=np.array([contact.normal for contact in contacts]),
         fingertips=np.array([contact.fingertip for contact in contacts]),
@@ -228,7 +239,7 @@ def _grasp(hand: Hand, palm: PalmPose, joints: dict[str, float], contacts: tuple
     )
 
 
-def _in_order(hand: Hand, joints: dict[str, float]) -> NDArray[np.float64]:
+def joints_in_order(hand: Hand, joints: dict[str, float]) -> NDArray[np.float64]:
     """Joint angles in the hand's order, (N,) [rad]."""
     if joints.keys() != set(hand.joint_names):
         raise ResultError(f"The grasp has joints {sorted(joints)}; {hand.name} has {sorted(hand.joint_names)}.")

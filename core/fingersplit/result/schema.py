@@ -31,6 +31,7 @@ from fingersplit.result.grasp import (
     ParallelContacts,
     Pregrasp,
 )
+from fingersplit.result.grip import PlannedGrip
 from fingersplit.result.plan import PlannedObject, PlanResult, PlanSummary, PlanTimings, Provenance
 from fingersplit.result.scene import Clearance, FramePose, Relaxation, SceneSummary, Way, WorldPoses
 from fingersplit.result.verification import (
@@ -58,6 +59,7 @@ _NAMES: dict[Any, str] = {
     PalmPose: "Palm",
     ParallelContacts: "ParallelGrasp",
     PhaseReport: "VerificationPhase",
+    PlannedGrip: "Grip",
     Reason: "VerificationReason",
 }
 """What clients call a type, where it is not what it is called here."""
@@ -75,6 +77,7 @@ _CLASSES: dict[str, tuple[type, ...]] = {
         GraspTimings,
         Pregrasp,
         HoldProbability,
+        PlannedGrip,
         InitialGrasp,
         FramePose,
         WorldPoses,

@@ -2,8 +2,10 @@
 
 from dataclasses import dataclass
 from math import degrees, radians
-from typing import Literal
+from typing import Literal, Self
 
+from fingersplit.contacts.grip import Grip
+from fingersplit.contacts.grip_plan import GripPlan
 from fingersplit.result.wire import Json, Vector3, described
 
 __all__ = [
@@ -74,9 +76,11 @@ class PhaseReport:
     name: str = described("What was done")
     duration: float = described("How long", "s")
     displacement: float = described(
-        "Farthest that the object's centre of mass was from its planned place in the hand", "m"
+        "Farthest that the object's centre of mass was from its place in the hand before the hand closed, or, after "
+        "that, when it had closed",
+        "m",
     )
-    rotation: float = described("Most that the object had turned in the hand", "rad")
+    rotation: float = described("Most that the object had turned in the hand since then", "rad")
     lost_contacts: tuple[str, ...] = described("Fingers that did not touch when the phase ended")
     contact_force: Vector3 = described("Sum of the contact forces on the object over the last 0.1 s, world frame", "N")
     load: Vector3 = described("Gravity and pull at the phase's end, world frame", "N")
@@ -97,7 +101,7 @@ class TrialReport:
 
 @dataclass(frozen=True)
 class GripReport:
-    """The grip that the simulation pressed with, the least that carries the protocol's loads.
+    """The grip that the simulation pressed with: the published one, or the virtual frame's for the protocol's loads.
 
     It balances itself; the forces in `contacts` of the grasp carry the object's weight.
     """
@@ -105,6 +109,11 @@ class GripReport:
     forces: tuple[Vector3, ...] = described("Force of each finger on the unloaded object, object frame", "N")
     violation: float = described("Farthest that a planned contact force leaves its friction cone", "N")
     limited: bool = described("Whether the joints have too little torque for a safer grip", default=False)
+
+    @classmethod
+    def of(cls, grip: Grip | GripPlan) -> Self:
+        """The report of a grip."""
+        return cls(tuple((x, y, z) for x, y, z in grip.forces.tolist()), grip.violation, grip.limited)
 
 
 @dataclass(frozen=True)
@@ -114,13 +123,14 @@ class Verification:
     protocol: str = described("Name of the protocol")
     passed: bool = described("Whether the grasp held in every trial")
     held_firmly: bool = described(
-        f"Whether it held with a slip below {1e3 * FIRM_SLIP:g} mm and a turn below {degrees(FIRM_TURN):g} degrees"
+        f"Whether it held with a slip below {1e3 * FIRM_SLIP:g} mm and a turn below {degrees(FIRM_TURN):g} degrees, "
+        "both while the hand closed and after"
     )
     slip: float | None = described(
-        "Farthest that the object moved in the hand in any trial; null when no trial was simulated", "m"
+        "Farthest that the object moved in the closed hand in any trial; null when no trial was simulated", "m"
     )
     turn: float | None = described(
-        "Most that the object turned in the hand in any trial; null when no trial was simulated", "rad"
+        "Most that the object turned in the closed hand in any trial; null when no trial was simulated", "rad"
     )
     reason: Reason = described("Why it passed or not; of several failed trials, the first one's reason")
     explanation: str = described("The reason in a sentence")
@@ -133,6 +143,9 @@ class Verification:
     squeeze: PhaseReport | None = described("The squeeze; null when the simulation did not get there")
     trials: tuple[TrialReport, ...] = described("What was done after the squeeze")
     time_ms: float = described("Time that the verification took", "ms")
+    closing: PhaseReport | None = described(
+        "The closing from the pre-grasp to the planned grasp; null for a hand that started there", default=None
+    )
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,8 @@
 """Controllers of a held grasp, as actuators inside the simulation: no step of theirs leaves the compiled loop.
 
 A scene carries the actuators of every controller; each controller enables its own, sets their gains and says what goes
-into their control inputs.
+into their control inputs. `PositionServo` and `JointTorque` execute what is published with a grasp; `VirtualFrame`
+computes a grip of its own for the loads of the protocol.
 """
 
 from abc import ABC, abstractmethod
@@ -12,17 +13,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingersplit.contacts.grip import Grip
+from fingersplit.contacts.grip_plan import GripPlan
 from fingersplit.errors import SettingsError, suggestion
 from fingersplit.ranges import check_known, check_settings, setting
 from fingersplit.verification.scene import Scene
 from fingersplit.verification.scene_parts import FINGER_SERVOS, JOINT_SERVOS
 
-__all__ = ["CONTROLLERS", "Controller", "PositionServo", "VirtualFrame", "load_controller"]
+__all__ = [
+    "CONTROLLERS",
+    "Controller",
+    "JointTorque",
+    "PositionServo",
+    "PublishedGrip",
+    "VirtualFrame",
+    "load_controller",
+]
 
 
 @dataclass(frozen=True)
 class Controller(ABC):
-    """What a controller does before and after the fingers have closed.
+    """How a hand is controlled.
 
     Raises:
         SettingsError: A value outside its range.
@@ -31,31 +41,77 @@ class Controller(ABC):
     name: ClassVar[str]
     """How requests call it."""
 
-    load_margin: float = setting(1.5, "1", "The grip carries this many times the load.", 0.1, 10.0)
-    friction_margin: float = setting(0.8, "1", "Share of the planned friction that the grip relies on.", 0.1, 1.0)
-    least_force: float = setting(1.0, "N", "Every finger presses with at least this.", 0.0, 30.0)
-
     def __post_init__(self) -> None:
         check_settings(self, f"{{}} of controller {self.name!r}")
-
-    @abstractmethod
-    def prepare(self, scene: Scene) -> None:
-        """Enable this controller's actuators and set their gains."""
-
-    @abstractmethod
-    def close(self, scene: Scene, grip: Grip, ramp: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Controls (T, n_controls) that close the fingers, as ``ramp`` (T,) goes from 0 to 1.
-
-        The scene stands in the planned grasp.
-        """
-
-    @abstractmethod
-    def hold(self, scene: Scene, closing: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Controls (n_controls,) that hold on, given the last of ``close``; the scene stands as closing left it."""
 
     def to_document(self) -> dict[str, Any]:
         """Name and numbers as plain JSON data."""
         return {"name": self.name, **asdict(self)}
+
+
+@dataclass(frozen=True)
+class PublishedGrip(Controller):
+    """Executes what stands in the answer: joints from pre-grasp to grasp and on, by servos of the stated stiffness."""
+
+    def close(
+        self,
+        scene: Scene,
+        grip: GripPlan,
+        opened: NDArray[np.float64],
+        closed: NDArray[np.float64],
+        steps: tuple[int, int],
+    ) -> NDArray[np.float64]:
+        """Controls (T, n_controls) that close the hand.
+
+        Args:
+            scene: The scene.
+            grip: What is published.
+            opened: Joints to begin with, (N,) [rad].
+            closed: Joints of the planned grasp, (N,) [rad].
+            steps: Steps from ``opened`` to ``closed``, and on to the targets; of the latter the last third lets the
+                hand come to rest.
+        """
+        scene.enable(JOINT_SERVOS)
+        scene.set_gains(scene.joint_controls, grip.stiffness, grip.damping)
+        shares = np.arange(1, steps[0] + 1) / steps[0]
+        closing = shares**3 * (10 - 15 * shares + 6 * shares**2)  # the curve of least jerk ends without velocity
+        pressing = np.clip(np.linspace(0.0, 1.5, steps[1]), 0.0, 1.0)
+        first, planned, last = (scene.drivers_of(joints) for joints in (opened, closed, grip.targets))
+        path = np.vstack([first + np.outer(closing, planned - first), planned + np.outer(pressing, last - planned)])
+        controls = np.zeros((len(path), scene.model.nu))
+        controls[:, scene.joint_controls] = path
+        return controls
+
+    @abstractmethod
+    def hold(self, scene: Scene, grip: GripPlan, closing: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Controls (n_controls,) that hold on, given the last of the closing; the scene stands as that left it."""
+
+
+@dataclass(frozen=True)
+class PositionServo(PublishedGrip):
+    """For hands that take positions: the published targets, come what may."""
+
+    name: ClassVar[str] = "position_servo"
+
+    def hold(self, _scene: Scene, _grip: GripPlan, closing: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The same targets."""
+        return closing
+
+
+@dataclass(frozen=True)
+class JointTorque(PublishedGrip):
+    """For hands that take torques: the published torques, and stiffness about where the fingers came to rest.
+
+    Until they have closed it is the position servos' stiffness about the same path.
+    """
+
+    name: ClassVar[str] = "joint_torque"
+
+    def hold(self, scene: Scene, grip: GripPlan, closing: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Targets off the measured angles by torque over stiffness, which is the torque plus stiffness about them."""
+        controls = closing.copy()
+        controls[scene.joint_controls] = scene.data.qpos[scene.driver_qpos] + grip.torques / grip.stiffness
+        return controls
 
 
 @dataclass(frozen=True)
@@ -74,6 +130,9 @@ class VirtualFrame(Controller):
 
     name: ClassVar[str] = "virtual_frame"
 
+    load_margin: float = setting(1.5, "1", "The grip carries this many times the load.", 0.1, 10.0)
+    friction_margin: float = setting(0.8, "1", "Share of the planned friction that the grip relies on.", 0.1, 1.0)
+    least_force: float = setting(1.0, "N", "Every finger presses with at least this.", 0.0, 30.0)
     stiffness: float = setting(1000.0, "N/m", "Stiffness K of a fingertip about its place.", 0.0, 1e4)
     closing_stiffness: float = setting(50.0, "N/m", "The same while the fingers close.", 0.0, 1e4)
     damping: float = setting(30.0, "N s/m", "Damping of a fingertip.", 0.0, 1e3)
@@ -84,7 +143,10 @@ class VirtualFrame(Controller):
         scene.set_gains(scene.servo_controls.ravel(), self.closing_stiffness, self.damping)
 
     def close(self, scene: Scene, grip: Grip, ramp: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Pull the fingertips together, more and more, about their planned places."""
+        """Controls (T, n_controls) that pull the fingertips together about their planned places.
+
+        They do so more and more, as ``ramp`` (T,) goes from 0 to 1. The scene stands in the planned grasp.
+        """
         controls = np.zeros((len(ramp), scene.model.nu))
         controls[:, scene.servo_controls] = scene.grips_in_palm()
         a, b = scene.pairs.T
@@ -100,36 +162,8 @@ class VirtualFrame(Controller):
         return controls
 
 
-@dataclass(frozen=True)
-class PositionServo(Controller):
-    """For hands that take positions: each joint is sent past its planned angle until it presses with its torque."""
-
-    name: ClassVar[str] = "position_servo"
-
-    give: float = setting(0.1, "rad", "Deviation at which a joint's servo spends its torque limit.", 1e-3, 1.0)
-    damping_time: float = setting(0.02, "s", "Damping over stiffness of a servo.", 0.0, 1.0)
-
-    def prepare(self, scene: Scene) -> None:
-        """Joint servos."""
-        scene.enable(JOINT_SERVOS)
-        stiffness = scene.hand.torque_limits / self.give
-        scene.set_gains(scene.joint_controls, stiffness, self.damping_time * stiffness)
-
-    def close(self, scene: Scene, grip: Grip, ramp: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Move the targets from the planned angles on into the object."""
-        controls = np.zeros((len(ramp), scene.model.nu))
-        torques = np.einsum("fkn,fk->n", scene.finger_jacobians(), grip.forces)
-        press = np.clip(self.give * torques / scene.hand.torque_limits, -self.give, self.give)
-        controls[:, scene.joint_controls] = scene.data.qpos[scene.driver_qpos] + np.outer(ramp, press)
-        return controls
-
-    def hold(self, _scene: Scene, closing: NDArray[np.float64]) -> NDArray[np.float64]:
-        """The same targets."""
-        return closing
-
-
-CONTROLLERS: dict[str, type[Controller]] = {kind.name: kind for kind in (VirtualFrame, PositionServo)}
-"""Every controller by name."""
+CONTROLLERS: dict[str, type[Controller]] = {kind.name: kind for kind in (PositionServo, JointTorque, VirtualFrame)}
+"""Every controller by name, the default one first."""
 
 
 def load_controller(name: str, values: dict[str, Any] | None = None) -> Controller:

@@ -136,22 +136,26 @@ def _verdict(protocol: Protocol, phases: tuple[PhaseReport, ...], limited: bool)
 def _motion_in_hand(
     track: SimulationTrack, center_of_mass: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """How far the centre of mass is from its place in the planned grasp (T,) [m], and the object's turn (T,) [rad]."""
-    w, v = track.object_wxyz[:, :1], track.object_wxyz[:, 1:]
-    turned = center_of_mass + 2 * np.cross(v, np.cross(v, center_of_mass) + w * center_of_mass)
-    displacement = track.object_positions + turned - center_of_mass
-    rotation = 2 * np.arctan2(np.linalg.norm(v, axis=1), np.abs(w[:, 0]))
-    return np.linalg.norm(displacement, axis=1), rotation
+    """How far the centre of mass is from where the track began, (T,) [m], and the object's turn since, (T,) [rad]."""
+    poses = np.vstack([track.start, np.hstack([track.object_positions, track.object_wxyz])])
+    w, v = poses[:, 3:4], poses[:, 4:]
+    centers = poses[:, :3] + center_of_mass + 2 * np.cross(v, np.cross(v, center_of_mass) + w * center_of_mass)
+    w0, v0 = track.start[3], track.start[4:]  # the turn is q0^-1 q
+    scalar = w0 * w[1:, 0] + v[1:] @ v0
+    vector = w0 * v[1:] - w[1:] * v0 - np.cross(v0, v[1:])
+    turns = 2 * np.arctan2(np.linalg.norm(vector, axis=1), np.abs(scalar))
+    return np.linalg.norm(centers[1:] - centers[0], axis=1), turns
 
 
 def simulation_frames(
     object_from_palm: NDArray[np.float64],
     step: float,
-    squeeze: SimulationTrack,
+    closing: SimulationTrack,
+    closing_rows: dict[str, slice],
     trials: Sequence[tuple[Trial, SimulationTrack]],
 ) -> SimulationFrames:
     """The tracks one after the other, in the world, thinned to ``FRAME_RATE``."""
-    stretches = [("squeeze", squeeze, slice(0, len(squeeze.times)))]
+    stretches = [(name, closing, rows) for name, rows in closing_rows.items()]
     for trial, track in trials:
         for phase, rows in zip(trial.phases, phase_rows(trial.phases, step, len(track.times)), strict=False):
             stretches.append((f"{trial.name}: {phase.name}", track, rows))
@@ -162,7 +166,7 @@ def simulation_frames(
     def column(name: str) -> NDArray[np.float64]:
         return np.concatenate([getattr(track, name)[rows] for track, rows in kept])
 
-    frames, fingers, offsets = sum(counts), squeeze.touching.shape[1], column("palm_offsets")
+    frames, fingers, offsets = sum(counts), closing.touching.shape[1], column("palm_offsets")
     thinned = SimulationFrames(
         times=np.arange(1, frames + 1, dtype=np.float64) * stride * step,
         phases=np.repeat(np.arange(len(kept)), counts),

@@ -84,8 +84,8 @@ class PickWorld:
         pieces: ConvexPieces,
         scene: PreparedScene,
         world_from_palm: NDArray[np.float64],
-        give: float,
-        damping_time: float,
+        stiffness: NDArray[np.float64],
+        damping: NDArray[np.float64],
     ) -> Self:
         """Compile the world.
 
@@ -94,8 +94,8 @@ class PickWorld:
             pieces: The object as it collides.
             scene: What is around, with the object's pose.
             world_from_palm: Where the palm is when its carriage is at zero, (4, 4).
-            give: Deviation at which a joint's servo spends its torque limit [rad].
-            damping_time: Damping over stiffness of a servo [s].
+            stiffness: Stiffness of the drivers' servos, (A,) [N m/rad].
+            damping: Their damping, (A,) [N m s/rad].
         """
         spec, chains = hand.spec(), finger_chains(hand)
         for body in scene.constraints.end_effector.attached_bodies:
@@ -117,9 +117,8 @@ class PickWorld:
         model = spec.compile()
         model.opt.disableactuator = 1 << FINGER_SERVOS
         servos = [model.actuator(servo_name(name)).id for name in hand.driver_names]
-        stiffness = hand.torque_limits / give
         model.actuator_gainprm[servos, 0], model.actuator_biasprm[servos, 1] = stiffness, -stiffness
-        model.actuator_biasprm[servos, 2] = -damping_time * stiffness
+        model.actuator_biasprm[servos, 2] = -damping
         joints = [model.joint(name) for name in hand.joint_names]
         finger_of_geom, pads, obstacle_of_geom = _label_geoms(model, chains)
         return cls(

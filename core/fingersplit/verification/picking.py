@@ -60,15 +60,11 @@ class PickMotion:
         ways: How the grasp is reached and left.
         closed: Joints of the grasp, (N,) [rad].
         pressed: Servo targets of the grip, (N,) [rad].
-        grip_forces: What they press with, object frame [N].
-        grip_violation: See `PickReport`.
     """
 
     ways: PickWays
     closed: NDArray[np.float64]
     pressed: NDArray[np.float64]
-    grip_forces: tuple[tuple[float, float, float], ...]
-    grip_violation: float
 
 
 @dataclass(frozen=True)
@@ -85,8 +81,6 @@ class PickReport:
         rotation: Most that it turned in it [rad].
         lifted: How far the object went along the retreat [m].
         lost_contacts: Fingers that did not touch at the end.
-        grip_forces: Force of each finger on the unloaded object that the grip was planned with, object frame [N].
-        grip_violation: Farthest that a planned force leaves its friction cone [N].
         times: Time of each frame, (T,) [s].
         palm_positions: Palm's origin, scene frame, (T, 3) [m].
         joints: Joint angles, (T, N) [rad].
@@ -103,8 +97,6 @@ class PickReport:
     rotation: float
     lifted: float
     lost_contacts: tuple[str, ...]
-    grip_forces: tuple[tuple[float, float, float], ...]
-    grip_violation: float
     times: NDArray[np.float64]
     palm_positions: NDArray[np.float64]
     joints: NDArray[np.float64]
@@ -166,7 +158,7 @@ def run_pick(world: PickWorld, motion: PickMotion, scene: PreparedScene, protoco
     leave = ways.retreat_distance * away
     play(protocol.lift_time, (still, leave), (motion.pressed, motion.pressed))
     play(protocol.hold_time, (leave, leave), (motion.pressed, motion.pressed))
-    return _judge(world, motion, scene, protocol, log, (came, gripped), settling, away, step)
+    return _judge(world, scene, protocol, log, (came, gripped), settling, away, step)
 
 
 def _play(world: PickWorld, path: NDArray[np.float64], targets: NDArray[np.float64], log: _Log) -> None:
@@ -199,7 +191,6 @@ def _feed_forward(path: NDArray[np.float64], step: float) -> NDArray[np.float64]
 
 def _judge(
     world: PickWorld,
-    motion: PickMotion,
     scene: PreparedScene,
     protocol: Pick,
     log: _Log,
@@ -251,8 +242,6 @@ def _judge(
         rotation=rotation,
         lifted=lifted,
         lost_contacts=lost,
-        grip_forces=motion.grip_forces,
-        grip_violation=motion.grip_violation,
         times=np.asarray(step * np.arange(1.0, len(places) + 1)),
         palm_positions=palms,
         joints=np.array(log.joints),

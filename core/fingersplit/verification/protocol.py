@@ -78,7 +78,10 @@ class Protocol(ABC):
     torsional_friction: float = setting(
         0.005, "m", "Torsional friction at a requested friction of 0.6, in proportion at others.", 0.0, 0.1
     )
-    squeeze_time: float = setting(0.3, "s", "Time to close and squeeze, without gravity.", 0.05, 10.0)
+    closing_time: float = setting(
+        0.3, "s", "Time from the pre-grasp to the planned grasp, without gravity.", 0.05, 10.0
+    )
+    squeeze_time: float = setting(0.3, "s", "Time from there to the squeeze, without gravity.", 0.05, 10.0)
     time_step: float = setting(0.002, "s", "Simulation step.", 1e-4, 0.005)
     decided_after: float | None = setting(
         None, "s", "Time from which a trial whose verdict stands may end; none runs every phase to its end.", 0.1, 60.0

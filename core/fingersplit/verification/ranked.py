@@ -8,6 +8,7 @@ from itertools import islice
 from time import perf_counter
 
 from fingersplit.errors import SettingsError
+from fingersplit.grasp import Grasp
 from fingersplit.hands.hand import Hand
 from fingersplit.objects.convex_pieces import ConvexPieces
 from fingersplit.objects.model import ObjectModel
@@ -18,6 +19,7 @@ from fingersplit.verification.controllers import Controller, load_controller
 from fingersplit.verification.protocol import Protocol
 from fingersplit.verification.protocols import load_protocol
 from fingersplit.verification.protocols.pick import Pick
+from fingersplit.verification.published import Execution
 from fingersplit.verification.ranked_pick import ResultPicks
 from fingersplit.verification.verifying import verify
 
@@ -32,7 +34,7 @@ def verify_ranked(
     *,
     verified: int,
     protocol: str | Protocol = "lift",
-    controller: str | Controller = "virtual_frame",
+    controller: str | Controller = "position_servo",
     friction: float | None = None,
     mass: float | None = None,
     deadline: float | None = None,
@@ -51,7 +53,8 @@ def verify_ranked(
         pieces: The object for the simulation, from ``decompose``.
         verified: How many grasps must hold.
         protocol: Name of a preset, or one with numbers of one's own.
-        controller: Name of a controller, or one with numbers of one's own.
+        controller: Name of a controller, or one with numbers of one's own; those that execute what is published
+            take it from the result.
         friction: Sliding friction between hand and object in the simulation; None for the one that was planned for. The
             grip force is always planned for that one.
         mass: Mass of the object [kg]; None for the one that was planned for.
@@ -82,7 +85,10 @@ def verify_ranked(
             return None
         if isinstance(protocol, Pick):
             return replace(planned, verification=picks.verify(planned, protocol, friction))
-        grasps = [planned.for_hand(hand), planned.initial.for_hand(hand)]
+        grasps: list[tuple[Grasp, Execution | None]] = [
+            (planned.for_hand(hand), Execution.of_result(planned, hand)),
+            (planned.initial.for_hand(hand), None),
+        ]
         reports = [
             verify(
                 grasp,
@@ -94,8 +100,9 @@ def verify_ranked(
                 planned_friction=result.friction,
                 mass=mass,
                 controller=controller,
+                execution=execution,
             )
-            for grasp in (grasps if initial else grasps[:1])
+            for grasp, execution in (grasps if initial else grasps[:1])
         ]
         began_as = replace(planned.initial, verification=reports[1] if initial else None)
         return replace(planned, verification=reports[0], initial=began_as)

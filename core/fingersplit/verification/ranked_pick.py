@@ -62,7 +62,7 @@ class ResultPicks:
             SceneError: An obstacle's model is not there.
         """
         began, planned = perf_counter(), self._result.friction
-        controller = PositionServo()
+        controller, grip = PositionServo(), grasp.grip_plan(self._hand)
         simulated = planned if friction is None else friction
         ways = self._ways(grasp)
         if ways is None:
@@ -77,7 +77,7 @@ class ResultPicks:
             protocol,
             friction=simulated,
             planned_friction=planned,
-            controller=controller,
+            grip=grip,
         )
         held, (slip, turn) = report.reason == "held", (report.displacement, report.rotation)
         return Verification(
@@ -98,7 +98,7 @@ class ResultPicks:
                 "pick": _numbers(report, self._hand),
             },
             initial_penetration=0.0,
-            grip=GripReport(forces=report.grip_forces, violation=report.grip_violation),
+            grip=GripReport.of(grip),
             squeeze=None,
             trials=(TrialReport("pick", report.reason == "held", report.reason, ()),),
             time_ms=1e3 * (perf_counter() - began),

@@ -164,10 +164,24 @@ class Scene:
             model.site_pos[site] = (tip - data.xpos[body]) @ data.xmat[body].reshape(3, 3)
         mujoco.mj_forward(model, data)
 
+    def move_object(self, moved: NDArray[np.float64]) -> None:
+        """The object at a pose (4, 4) in the world, in which the planned one is the identity."""
+        where = self.data.qpos[self.object_qpos : self.object_qpos + 7]
+        where[:3], where[3:] = moved[:3, 3], wxyz_from_rotation(moved[:3, :3])
+        mujoco.mj_forward(self.model, self.data)
+
+    def object_pose(self) -> NDArray[np.float64]:
+        """Position (3) [m] and quaternion (4) of the object frame, (7,)."""
+        return np.asarray(self.data.qpos[self.object_qpos : self.object_qpos + 7].copy())
+
     def set_joints(self, joints: NDArray[np.float64]) -> None:
         """Joint angles (N,) [rad], and all that follows from them."""
         self.data.qpos[self.joint_qpos] = joints
         mujoco.mj_forward(self.model, self.data)
+
+    def drivers_of(self, joints: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Angles of the drivers (A,) [rad] among joints (N,)."""
+        return joints[[self.hand.joint_names.index(name) for name in self.hand.driver_names]]
 
     def finger_jacobians(self) -> NDArray[np.float64]:
         """Velocity of every grip site by the hand's drivers, J S, (F, 3, A) [m/rad], world frame."""

@@ -1,4 +1,4 @@
-"""Running a protocol: squeeze once, then every trial from there, all in MuJoCo's threaded rollout."""
+"""Running a protocol: close once, then every trial from there, all in MuJoCo's threaded rollout."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -9,16 +9,18 @@ import numpy as np
 from mujoco.rollout import Rollout
 from numpy.typing import NDArray
 
-from fingersplit.contacts.grip import Grip
-from fingersplit.verification.controllers import Controller
 from fingersplit.verification.protocol import Trial
 from fingersplit.verification.scene import Scene
 
-__all__ = ["SimulationTrack", "open_fingers", "run_squeeze", "run_trials"]
+__all__ = ["SimulationTrack", "keep_clear", "open_fingers", "run_closing", "run_trials"]
 
 CLEARANCE = 0.2e-3
 """Fingers open until their pads are this far from the pieces [m]."""
-OPENING_STEPS = 12
+CLEARING_STEPS = 12
+OPENING, OPENING_PARTS = 12e-3, 3
+"""How far pads open that have no planned opening [m], and in how many steps."""
+OPENING_DAMPING = 0.01
+"""[m/rad]; a finger that cannot open does not swing."""
 CHECK_INTERVAL = 0.25
 """How often an undecided trial is looked at again [s]."""
 _STATE = mujoco.mjtState.mjSTATE_FULLPHYSICS
@@ -32,6 +34,7 @@ class SimulationTrack:
     Attributes:
         times: Since the stretch began, (T,) [s].
         stable: Whether the simulation went through to the end.
+        start: Pose of the object when it began: position, quaternion (7,).
         palm_offsets: How far the palm has moved in the world, (T, 3) [m]; add it to positions for those in the world.
         joints: Joint angles, (T, N) [rad].
         object_positions: Origin of the object frame, (T, 3) [m].
@@ -45,6 +48,7 @@ class SimulationTrack:
 
     times: NDArray[np.float64]
     stable: bool
+    start: NDArray[np.float64]
     palm_offsets: NDArray[np.float64]
     joints: NDArray[np.float64]
     object_positions: NDArray[np.float64]
@@ -69,6 +73,7 @@ class SimulationTrack:
         return cls(
             times=expected,
             stable=bool(np.isfinite(states).all() and on_time),
+            start=scene.object_pose(),
             palm_offsets=path[: len(states)],
             joints=positions[:, scene.joint_qpos],
             object_positions=body[:, :3],
@@ -81,13 +86,31 @@ class SimulationTrack:
         )
 
 
-def open_fingers(scene: Scene, normals: NDArray[np.float64]) -> None:
+def open_fingers(scene: Scene, normals: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Joints (N,) with every pad about ``OPENING`` off its contact along the normal, within their range [rad].
+
+    The scene stands in the grasp, and does so afterwards.
+    """
+    hand, closed = scene.hand, scene.data.qpos[scene.joint_qpos].copy()
+    joints = closed.copy()
+    for _ in range(OPENING_PARTS):
+        for jacobian, normal in zip(scene.finger_jacobians(), normals, strict=True):
+            along = normal @ jacobian  # (A,)
+            step = OPENING / OPENING_PARTS / (along @ along + OPENING_DAMPING**2)
+            joints += scene.coupling @ (step * along)
+        joints = np.clip(joints, hand.lower, hand.upper)
+        scene.set_joints(joints)
+    scene.set_joints(closed)
+    return np.asarray(joints)
+
+
+def keep_clear(scene: Scene, normals: NDArray[np.float64]) -> None:
     """Move each finger that lies inside the pieces out along its contact's normal, within its joints' range.
 
     Pieces stand up to a few millimetres off the mesh that a grasp was planned on; a hand would have stopped there.
     """
     hand, jacobians = scene.hand, scene.finger_jacobians()
-    for _ in range(OPENING_STEPS):
+    for _ in range(CLEARING_STEPS):
         depths = scene.penetrations()[:-1]
         if depths.max() <= 0.0:
             return
@@ -98,27 +121,21 @@ def open_fingers(scene: Scene, normals: NDArray[np.float64]) -> None:
         scene.set_joints(np.clip(joints, hand.lower, hand.upper))
 
 
-def run_squeeze(
-    scene: Scene, controller: Controller, grip: Grip, duration: float, normals: NDArray[np.float64]
-) -> SimulationTrack:
-    """Close the hand on the free object, without gravity; the scene stands in the planned grasp, and ends squeezed."""
-    steps = round(duration / scene.model.opt.timestep)
-    controller.prepare(scene)
-    ramp = np.clip(np.linspace(0.0, 1.5, steps), 0.0, 1.0)  # the last third lets it come to rest
-    controls = controller.close(scene, grip, ramp)
-    open_fingers(scene, normals)
+def run_closing(scene: Scene, controls: NDArray[np.float64]) -> SimulationTrack:
+    """Close the hand on the free object by ``controls`` (T, n_controls), without gravity; the scene ends closed."""
     scene.model.opt.gravity = 0.0
-    start, still = _state(scene), np.zeros((steps, 3))
+    start, still = _state(scene), np.zeros((len(controls), 3))
     states, sensors = _roll(scene, [scene.model], start[None], _with_forces(scene, controls, still, still)[None], 0)
+    track = SimulationTrack.from_rollout(scene, start[0], still, states[0], sensors[0])
     mujoco.mj_setState(scene.model, scene.data, states[0, -1], _STATE)
     scene.data.ctrl = controls[-1]
     mujoco.mj_forward(scene.model, scene.data)
-    return SimulationTrack.from_rollout(scene, start[0], still, states[0], sensors[0])
+    return track
 
 
 def run_trials(
     scene: Scene,
-    controller: Controller,
+    held: NDArray[np.float64],
     trials: tuple[Trial, ...],
     mass: float,
     decided_after: float | None,
@@ -129,7 +146,7 @@ def run_trials(
 
     Args:
         scene: The squeezed grasp.
-        controller: What holds it.
+        held: Controls that hold it, (n_controls,).
         trials: What is done.
         mass: Of the object [kg].
         decided_after: Time from which a trial may end before its last phase does [s]; None runs all to their ends.
@@ -137,7 +154,6 @@ def run_trials(
         threads: Trials simulated at a time.
     """
     step = scene.model.opt.timestep
-    held = controller.hold(scene, scene.data.ctrl.copy())
     models = [scene.model, *(scene.copy().model for _ in trials[1:])]
     paths, controls = [], []
     for model, trial in zip(models, trials, strict=True):

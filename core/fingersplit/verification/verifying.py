@@ -1,6 +1,6 @@
-"""Verify one grasp: place it, squeeze, do what the protocol says, judge."""
+"""Verify one grasp: place it, close, squeeze, do what the protocol says, judge."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache, partial
 from threading import local
@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingersplit.contacts.friction import DEFAULT_FRICTION
-from fingersplit.contacts.grip import Grip, GripProblem, least_grip
+from fingersplit.contacts.grip import GripProblem, least_grip
+from fingersplit.contacts.grip_plan import plan_grip
 from fingersplit.errors import SettingsError
 from fingersplit.grasp import Grasp
 from fingersplit.hands.hand import Hand
@@ -28,14 +29,16 @@ from fingersplit.result.verification import (
     is_firm,
     slip_and_turn,
 )
-from fingersplit.verification.controllers import Controller, load_controller
+from fingersplit.verification.closing import ClosedHand, close_by_frame, close_published, with_opening
+from fingersplit.verification.controllers import Controller, PublishedGrip, VirtualFrame, load_controller
 from fingersplit.verification.frames import SimulationFrames
 from fingersplit.verification.judging import is_decided, judge_trial, measure_phase, simulation_frames
-from fingersplit.verification.protocol import REFERENCE_FRICTION, Phase, Protocol
+from fingersplit.verification.protocol import REFERENCE_FRICTION, Phase, Protocol, Trial
 from fingersplit.verification.protocols import load_protocol
 from fingersplit.verification.protocols.pick import Pick
+from fingersplit.verification.published import Execution
 from fingersplit.verification.scene import Scene
-from fingersplit.verification.simulation import run_squeeze, run_trials
+from fingersplit.verification.simulation import SimulationTrack, run_trials
 
 __all__ = ["Simulated", "repeat_simulation", "simulate", "verify"]
 
@@ -60,12 +63,14 @@ def verify(
     friction: float | Sequence[float] = DEFAULT_FRICTION,
     planned_friction: float = DEFAULT_FRICTION,
     mass: float | None = None,
-    controller: str | Controller = "virtual_frame",
+    controller: str | Controller = "position_servo",
+    execution: Execution | None = None,
     threads: int = 1,
 ) -> Verification:
     """Simulate a grasp and judge it: the same arguments give the same verdict and the same numbers.
 
-    The grip is planned for ``planned_friction``; the world has ``friction``. A hand cannot feel how slippery an object
+    From the pre-grasp the hand closes on the free object, squeezes, and does what the protocol says. The grip is
+    planned for ``planned_friction``; the world has ``friction``. A hand cannot feel how slippery an object
     is before it slips, so it does not press harder on one that is more slippery than planned.
 
     Args:
@@ -77,7 +82,10 @@ def verify(
         friction: Sliding friction between hand and object in the simulation, one number or one a finger.
         planned_friction: Sliding friction that the grip force is planned for.
         mass: Mass of the object [kg]; None for ``model.mass``. A protocol that sets a mass overrules both.
-        controller: ``"virtual_frame"``, ``"position_servo"``, or one with numbers of one's own.
+        controller: ``"position_servo"`` and ``"joint_torque"`` execute what is published, ``"virtual_frame"`` plans a
+            grip for the protocol's loads; or one with numbers of one's own.
+        execution: What is published of how the grasp is executed; None to plan it for ``planned_friction`` and
+            ``mass``.
         threads: Trials simulated at a time.
 
     Raises:
@@ -93,6 +101,7 @@ def verify(
         planned_friction=planned_friction,
         mass=mass,
         controller=controller,
+        execution=execution,
         threads=threads,
     ).report
 
@@ -107,7 +116,8 @@ def simulate(
     friction: float | Sequence[float] = DEFAULT_FRICTION,
     planned_friction: float = DEFAULT_FRICTION,
     mass: float | None = None,
-    controller: str | Controller = "virtual_frame",
+    controller: str | Controller = "position_servo",
+    execution: Execution | None = None,
     threads: int = 1,
 ) -> Simulated:
     """What ``verify`` does, with the frames of the simulation; arguments and errors are the same."""
@@ -119,7 +129,8 @@ def simulate(
     sliding = np.broadcast_to(np.asarray(friction, np.float64), len(hand.fingers))
     if not (np.isfinite(sliding).all() and sliding.min() >= 0.0):
         raise SettingsError(f"friction is {friction!r}; give numbers of at least 0, one or one a finger.")
-    mass = protocol.mass or mass or model.mass
+    planned_mass = mass or model.mass
+    mass = protocol.mass or planned_mass
     for name, value in (("planned_friction", planned_friction), ("mass", mass)):
         if not (np.isfinite(value) and value > 0.0):
             raise SettingsError(f"{name} is {value!r}; it must be above 0.")
@@ -129,16 +140,30 @@ def simulate(
     scene.model.opt.timestep = protocol.time_step
     scene.place(grasp)
     penetration = float(scene.penetrations().max())
-    grip = least_grip(_grip_problem(scene, grasp, protocol, controller, mass, planned_friction))
+    close: Callable[[], ClosedHand]
+    if isinstance(controller, PublishedGrip):
+        if execution is None:
+            grip = plan_grip(
+                grasp, hand, friction=planned_friction, mass=planned_mass, center_of_mass=model.center_of_mass
+            )
+            execution = Execution(None, grip)
+        execution = with_opening(execution, scene, grasp)
+        pressed = GripReport.of(execution.grip)
+        close = partial(close_published, scene, grasp, protocol, controller, execution)
+    else:
+        assert isinstance(controller, VirtualFrame)
+        frame_grip = least_grip(_grip_problem(scene, grasp, protocol, controller, mass, planned_friction))
+        pressed, execution = GripReport.of(frame_grip), None
+        close = partial(close_by_frame, scene, grasp, protocol, controller, frame_grip)
     if penetration > protocol.largest_initial_penetration:
         outcome = _Outcome("initial_penetration")
     else:
-        outcome = _simulate(scene, grasp, protocol, controller, grip, threads)
+        outcome = _simulate(scene, grasp, protocol, close, pressed.limited, threads)
     held, (slip, turn) = outcome.reason == "held", slip_and_turn(outcome.trials)
     report = Verification(
         protocol=protocol.name,
         passed=held,
-        held_firmly=held and is_firm(slip, turn),
+        held_firmly=held and is_firm(slip, turn) and outcome.firm_closing,
         slip=slip,
         turn=turn,
         reason=outcome.reason,
@@ -147,6 +172,7 @@ def simulate(
         settings={
             "protocol": protocol.to_document(),
             "controller": controller.to_document(),
+            "execution": None if execution is None else execution.to_document(hand),
             "friction": sliding.tolist(),
             "planned_friction": planned_friction,
             "mass": mass,
@@ -156,10 +182,11 @@ def simulate(
             "solver": scene.solver_document(),
         },
         initial_penetration=penetration,
-        grip=_grip_report(grip),
+        grip=pressed,
         squeeze=outcome.squeeze,
         trials=outcome.trials,
         time_ms=1e3 * (perf_counter() - began),
+        closing=outcome.closing,
     )
     return Simulated(report, outcome.frames)
 
@@ -176,7 +203,7 @@ def repeat_simulation(
     settings = report.settings
     if report.protocol == Pick.name:
         return Simulated(report, None)  # its frames are in another frame than those of grasps held in the hand
-    controller = dict(settings["controller"])
+    controller, execution = dict(settings["controller"]), settings["execution"]
     return simulate(
         grasp,
         hand,
@@ -187,50 +214,57 @@ def repeat_simulation(
         planned_friction=settings["planned_friction"],
         mass=settings["mass"],
         controller=load_controller(controller.pop("name"), controller),
+        execution=None if execution is None else Execution.from_document(execution, hand),
     )
-
-
-def _grip_report(grip: Grip) -> GripReport:
-    forces = [(x, y, z) for x, y, z in grip.forces.tolist()]
-    return GripReport(forces=tuple(forces), violation=grip.violation, limited=grip.limited)
 
 
 @dataclass(frozen=True, eq=False)
 class _Outcome:
     reason: Reason
+    closing: PhaseReport | None = None
     squeeze: PhaseReport | None = None
     trials: tuple[TrialReport, ...] = ()
     frames: SimulationFrames | None = None
 
+    @property
+    def firm_closing(self) -> bool:
+        """Whether the object stayed where it was while the hand closed."""
+        return all(
+            phase is None or is_firm(phase.displacement, phase.rotation) for phase in (self.closing, self.squeeze)
+        )
+
 
 def _simulate(
-    scene: Scene, grasp: Grasp, protocol: Protocol, controller: Controller, grip: Grip, threads: int
+    scene: Scene, grasp: Grasp, protocol: Protocol, close: Callable[[], ClosedHand], limited: bool, threads: int
 ) -> _Outcome:
-    """Squeeze, run every trial, judge."""
-    squeeze = run_squeeze(scene, controller, grip, protocol.squeeze_time, grasp.normals)
-    if not squeeze.stable:
+    """Close, run every trial, judge."""
+    closed = close()
+    if not closed.track.stable:
         return _Outcome("unstable_simulation")
     mass, center = float(scene.model.body_mass[scene.object_body]), scene.model.body_ipos[scene.object_body].copy()
-    squeezed = measure_phase(scene.hand, "squeeze", squeeze, slice(0, len(squeeze.times)), center, np.zeros(3))
-    tracks = run_trials(
-        scene,
-        controller,
-        protocol.trials,
-        mass,
-        protocol.decided_after,
-        partial(is_decided, protocol, center),
-        threads,
+    phases = {
+        name: measure_phase(scene.hand, name, closed.track, rows, center, np.zeros(3))
+        for name, rows in closed.rows.items()
+    }
+    pairs: list[tuple[Trial, SimulationTrack]] = []
+    reports: tuple[TrialReport, ...] = ()
+    pushed = any(
+        phase.displacement > protocol.largest_displacement or phase.rotation > protocol.largest_rotation
+        for phase in phases.values()
     )
-    pairs = list(zip(protocol.trials, tracks, strict=True))
-    reports = tuple(judge_trial(scene.hand, protocol, *pair, mass, center, grip.limited) for pair in pairs)
-    failures: list[Reason] = [trial.reason for trial in reports if trial.reason != "held"]
-    reason = failures[0] if failures else "held"
-    frames = simulation_frames(grasp.object_from_palm, protocol.time_step, squeeze, pairs)
-    return _Outcome(reason, squeezed, reports, frames)
+    reason: Reason = "object_pushed"
+    if not pushed:
+        decided = partial(is_decided, protocol, center)
+        tracks = run_trials(scene, closed.held, protocol.trials, mass, protocol.decided_after, decided, threads)
+        pairs = list(zip(protocol.trials, tracks, strict=True))
+        reports = tuple(judge_trial(scene.hand, protocol, *pair, mass, center, limited) for pair in pairs)
+        reason = next((trial.reason for trial in reports if trial.reason != "held"), "held")
+    frames = simulation_frames(grasp.object_from_palm, protocol.time_step, closed.track, closed.rows, pairs)
+    return _Outcome(reason, phases.get("close"), phases["squeeze"], reports, frames)
 
 
 def _grip_problem(
-    scene: Scene, grasp: Grasp, protocol: Protocol, controller: Controller, mass: float, planned_friction: float
+    scene: Scene, grasp: Grasp, protocol: Protocol, controller: VirtualFrame, mass: float, planned_friction: float
 ) -> GripProblem:
     """What the grip must do in the scene: carry the object, and keep the fingers on it although they are heavy, too."""
     loads, fastest = [np.zeros(3)], 0.0

@@ -26,15 +26,7 @@ CASES = {
     "setting": ("box.ply", "--setting", "pad_angle_limit=0.45", "--setting", "friction=0.5"),
     "fidelity": ("box.ply", "--setting", "fidelity=paper"),
     "source": ("box.ply", "--source", "surface_fitting"),
-    "simulation": (
-        "box.ply",
-        "--simulated-friction",
-        0.3,
-        "--protocol",
-        "gravity_six",
-        "--controller",
-        "position_servo",
-    ),
+    "simulation": ("box.ply", "--simulated-friction", 0.3, "--protocol", "gravity_six", "--controller", "joint_torque"),
     "cloud": ("cloud.npz", "--mass", 0.2),
     "viewpoint": ("seen.ply", "--unit", "cm", "--viewpoint", 60, 18, 24, "--friction", 0.7),
 }

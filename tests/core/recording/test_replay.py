@@ -15,6 +15,7 @@ from fingersplit.result import PlanResult
 from fingersplit.scene import Constraints, Scene, SupportSurface
 from fingersplit.splitting.settings import PlannerSettings
 from fingersplit.verification import simulate, verify_ranked
+from fingersplit.verification.published import Execution
 
 OPTIONS = {"starts": 16, "seed": 3, "top_k": 3}
 
@@ -46,11 +47,17 @@ def test_the_history_is_that_of_the_run_that_found_the_grasp(model, barrett, fid
 def test_the_simulations_are_those_that_verified_the_grasp(model, barrett):
     pieces = decompose(model.mesh)
     planned = plan(model, barrett, friction=0.5, **OPTIONS)
-    options = {"protocol": "gravity_six", "controller": "position_servo", "friction": 0.45}
+    options = {"protocol": "gravity_six", "controller": "joint_torque", "friction": 0.45}
     result = stored(verify_ranked(planned, model, barrett, pieces, verified=1, initial=True, **options))
     replayed = replay(result, 1, model, barrett, lambda: pieces)
-    for grasp, frames in ((result.grasps[0], replayed.frames), (result.grasps[0].initial, replayed.initial_frames)):
-        again = simulate(grasp.for_hand(barrett), barrett, model, pieces, planned_friction=0.5, **options).frames
+    first = result.grasps[0]
+    published = Execution.of_result(first, barrett)
+    for grasp, execution, frames in (
+        (first, published, replayed.frames),
+        (first.initial, None, replayed.initial_frames),
+    ):
+        options |= {"planned_friction": 0.5, "execution": execution}
+        again = simulate(grasp.for_hand(barrett), barrett, model, pieces, **options).frames
         np.testing.assert_allclose(frames.object_positions, again.object_positions, atol=1e-6)
     assert replay(result, 1, model, barrett).frames is None
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from fingersplit.contacts.grip import Grip
-from fingersplit.verification.controllers import load_controller
+from fingersplit.verification.controllers import VirtualFrame
 from fingersplit.verification.scene import Scene
-from fingersplit.verification.simulation import run_squeeze
+from fingersplit.verification.simulation import run_closing
 
 
 @pytest.fixture
@@ -18,6 +18,13 @@ def placed(planned, barrett):
     scene.set_friction(np.full(3, 0.6), np.full(3, 0.005))
     scene.place(grasp)
     return scene, grasp
+
+
+def controls_of(scene: Scene, pull: float, steps: int) -> np.ndarray:
+    """A virtual frame that pulls fingertips together with so many newtons."""
+    controller = VirtualFrame()
+    controller.prepare(scene)
+    return controller.close(scene, Grip(np.full(3, pull), np.zeros((3, 3)), 0.0, False), np.linspace(0.0, 1.0, steps))
 
 
 def test_hand_stands_where_the_grasp_has_it(placed):
@@ -38,16 +45,14 @@ def test_grip_site_jacobians_are_those_of_finite_differences(placed):
 
 
 def test_diverged_simulation_is_noticed(placed):
-    scene, grasp = placed
+    scene, _ = placed
     scene.data.qvel[-6:] = 1e12
-    grip = Grip(np.full(3, 5.0), np.zeros((3, 3)), 0.0, False)
-    assert not run_squeeze(scene, load_controller("virtual_frame"), grip, 0.1, grasp.normals).stable
+    assert not run_closing(scene, controls_of(scene, 5.0, 50)).stable
 
 
 def test_joint_torques_stay_inside_their_limits(placed):
-    scene, grasp = placed
-    grip = Grip(np.full(3, 1e4), np.zeros((3, 3)), 0.0, False)
-    rollout = run_squeeze(scene, load_controller("virtual_frame"), grip, 0.2, grasp.normals)
+    scene, _ = placed
+    rollout = run_closing(scene, controls_of(scene, 1e4, 100))
     excess = np.abs(rollout.torques) - scene.hand.torque_limits
     assert excess.max() <= 1e-9
     assert excess.max() > -1e-6  # the pull is far beyond what the joints have

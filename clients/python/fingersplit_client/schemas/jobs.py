@@ -33,7 +33,7 @@ JobState = Literal["queued", "running", "succeeded", "failed", "cancelled"]
 ProtocolName = Literal["gravity_six", "lift", "lift_full", "pick", "shake", "six_direction", "six_direction_hard"]
 """What grasps can be tried with in simulation."""
 
-ControllerName = Literal["position_servo", "virtual_frame"]
+ControllerName = Literal["joint_torque", "position_servo", "virtual_frame"]
 """How the hand can be controlled in simulation."""
 
 
@@ -98,7 +98,9 @@ class JobCreate(Document):
     )
     protocol: ProtocolName = Field(default="lift", description="What a verified grasp must survive.")
     controller: ControllerName = Field(
-        default="virtual_frame", description="How the hand is controlled while verifying."
+        default="position_servo",
+        description="How the hand is controlled while verifying: position_servo and joint_torque execute the grip that "
+        "is published with a grasp, virtual_frame plans one of its own for the loads of the protocol.",
     )
     simulated_friction: Annotated[float, Field(ge=0, le=5)] | None = Field(
         default=None,

@@ -17,6 +17,7 @@ __all__ = [
     "FramePose",
     "Grasp",
     "GraspTimings",
+    "Grip",
     "HoldProbability",
     "InitialState",
     "Iterations",
@@ -113,8 +114,7 @@ class Contact(Document):
     pad_angle: float = Field(description="Angle between the pad's normal and the inward surface normal [rad].")
     force: Vector3 | None = Field(
         description="Force of the finger on the object that carries its weight with gravity in the worst direction, "
-        "object frame [N]; null where none can. The grip that a simulation presses with is planned for the loads of "
-        "its protocol and stands in `verification.grip`.",
+        "object frame [N]; null where none can. How hard the fingers press on the unloaded object stands in `grip`.",
     )
 
 
@@ -157,6 +157,35 @@ class HoldProbability(Document):
     )
     position_noise: float = Field(description="Root mean square displacement of the object that is reckoned with [m].")
     rotation_noise: float = Field(description="Root mean square turn of the object that is reckoned with [rad].")
+
+
+class Grip(Document):
+    """How hard to grip, and what to send to the hand for it; gravity of the fingers is compensated beside it."""
+
+    forces: list[Vector3] = Field(
+        description="Force of each finger on the unloaded object, in the order of the contacts, which balance each "
+        "other, object frame [N].",
+    )
+    supporting: list[str] = Field(
+        description="Fingers that cannot take their share of the grip (a tenth of the strongest one's force) and only "
+        "support.",
+    )
+    torques: dict[str, float] = Field(
+        description="For hands that take torques: torque of each driver for these forces, to be added to stiffness "
+        "about the angles at which the fingers came to rest [N m].",
+    )
+    stiffness: dict[str, float] = Field(
+        description="For hands that take positions: stiffness kp of each driver's servo, for which squeeze_joints "
+        "press with these forces [N m/rad].",
+    )
+    damping: dict[str, float] = Field(description="Damping kd of these servos [N m s/rad].")
+    load: float = Field(description="Largest force on the object that it is planned to carry, from every side [N].")
+    friction: list[float] = Field(description="Friction coefficient that it relies on at each contact.")
+    max_force: float = Field(description="Most that a finger may press with, its share of the load included [N].")
+    violation: float = Field(
+        description="Farthest that a contact force must leave its friction cone under that load [N]."
+    )
+    limited: bool = Field(description="Whether the drivers have too little torque for a safer grip.")
 
 
 class InitialState(Document):
@@ -250,8 +279,10 @@ class Grasp(Document):
     contacts: list[Contact] = Field(description="Contacts, one a finger.")
     pregrasp: Pregrasp | None = Field(description="How to get there; null when no straight way in is free.")
     squeeze_joints: dict[str, float] = Field(
-        description="Targets of position servos that press the pads on, by joint name [rad]."
+        description="Targets of position servos of the stiffness in grip, which press with its forces, by joint name "
+        "[rad].",
     )
+    grip: Grip = Field(description="How hard to grip: forces, torques and servos.")
     metrics: Metrics = Field(description="Every metric of the grasp by name; null where it has no number for it.")
     termination: Termination = Field(description="Why the run ended.")
     advice: str = Field(description="What the termination means and what to try, in a sentence.")

@@ -39,9 +39,10 @@ class VerificationPhase(Document):
     name: str = Field(description="What was done.")
     duration: float = Field(description="How long [s].")
     displacement: float = Field(
-        description="Farthest that the object's centre of mass was from its planned place in the hand [m]."
+        description="Farthest that the object's centre of mass was from its place in the hand before the hand closed, "
+        "or, after that, when it had closed [m].",
     )
-    rotation: float = Field(description="Most that the object had turned in the hand [rad].")
+    rotation: float = Field(description="Most that the object had turned in the hand since then [rad].")
     lost_contacts: list[str] = Field(description="Fingers that did not touch when the phase ended.")
     contact_force: Vector3 = Field(
         description="Sum of the contact forces on the object over the last 0.1 s, world frame [N]."
@@ -62,7 +63,7 @@ class VerificationTrial(Document):
 
 
 class VerificationGrip(Document):
-    """The grip that the simulation pressed with, the least that carries the protocol's loads.
+    """The grip that the simulation pressed with: the published one, or the virtual frame's for the protocol's loads.
 
     It balances itself; the forces in `contacts` of the grasp carry the object's weight.
     """
@@ -77,12 +78,17 @@ class Verification(Document):
 
     protocol: str = Field(description="Name of the protocol.")
     passed: bool = Field(description="Whether the grasp held in every trial.")
-    held_firmly: bool = Field(description="Whether it held with a slip below 5 mm and a turn below 5 degrees.")
+    held_firmly: bool = Field(
+        description="Whether it held with a slip below 5 mm and a turn below 5 degrees, both while the hand closed "
+        "and after.",
+    )
     slip: float | None = Field(
-        description="Farthest that the object moved in the hand in any trial [m]; null when no trial was simulated."
+        description="Farthest that the object moved in the closed hand in any trial [m]; null when no trial was "
+        "simulated.",
     )
     turn: float | None = Field(
-        description="Most that the object turned in the hand in any trial [rad]; null when no trial was simulated."
+        description="Most that the object turned in the closed hand in any trial [rad]; null when no trial was "
+        "simulated.",
     )
     reason: VerificationReason = Field(
         description="Why it passed or not; of several failed trials, the first one's reason."
@@ -97,6 +103,10 @@ class Verification(Document):
     squeeze: VerificationPhase | None = Field(description="The squeeze; null when the simulation did not get there.")
     trials: list[VerificationTrial] = Field(description="What was done after the squeeze.")
     time_ms: float = Field(description="Time that the verification took [ms].")
+    closing: VerificationPhase | None = Field(
+        default=None,
+        description="The closing from the pre-grasp to the planned grasp; null for a hand that started there.",
+    )
 
 
 class VerificationSummary(Document):
