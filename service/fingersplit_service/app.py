@@ -24,6 +24,7 @@ from fingersplit_service.endpoints import (
     outcomes,
     parallel_grasps,
     plan,
+    scenes,
     sessions,
     views,
 )
@@ -50,7 +51,7 @@ __all__ = ["create_app"]
 
 _RESOURCES = (
     *(plan, object_lookup, objects, parallel_grasps, jobs, grasps, views, exports),
-    *(events, outcomes, batches, hands, catalogs, sessions, health),
+    *(scenes, events, outcomes, batches, hands, catalogs, sessions, health),
 )
 _UPLOADS = re.compile(f"{objects.PATH}(/[^/]+/parallel-grasps/import)?")
 _MULTIPART_OVERHEAD = 64 * 1024  # boundaries, part headers, and the other fields [bytes]
@@ -72,7 +73,7 @@ def create_app(settings: ServiceSettings | None = None, functions: WorkerFunctio
             yield
 
     def body_limit(method: str, path: str) -> int:
-        if method == "POST" and (_UPLOADS.fullmatch(path) or path == plan.PATH):
+        if method == "POST" and (_UPLOADS.fullmatch(path) or path in (plan.PATH, scenes.PATH)):
             return chosen.max_upload_bytes + _MULTIPART_OVERHEAD
         return chosen.max_request_bytes
 

@@ -20,6 +20,7 @@ from fingersplit_client.resources.jobs import Jobs
 from fingersplit_client.resources.objects import Objects
 from fingersplit_client.resources.outcomes import Outcomes
 from fingersplit_client.resources.parallel_grasps import ParallelGrasps
+from fingersplit_client.resources.scenes import Scenes
 from fingersplit_client.results import PlanResult
 from fingersplit_client.retries import Retries
 from fingersplit_client.schemas import JobSummary, ObjectInfo
@@ -41,6 +42,7 @@ class _Operations(Bound[Mode], Generic[Mode]):
         jobs: Plans, from the queue to the result.
         batches: Many jobs in one request.
         outcomes: What became of grasps on robots.
+        scenes: Depth images cut into objects and scenes.
     """
 
     def __init__(self, mode: Mode) -> None:
@@ -52,6 +54,7 @@ class _Operations(Bound[Mode], Generic[Mode]):
         self.jobs = Jobs(mode)
         self.batches = Batches(mode)
         self.outcomes = Outcomes(mode)
+        self.scenes = Scenes(mode)
 
     def _mode(self) -> Mode:
         return self._connections

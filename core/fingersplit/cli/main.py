@@ -6,6 +6,7 @@ from importlib.metadata import entry_points
 import typer
 
 from fingersplit.cli.dataset import dataset
+from fingersplit.cli.depth import from_depth
 from fingersplit.cli.exporting import export, formats, sources
 from fingersplit.cli.hand import app as hand_app
 from fingersplit.cli.hands import hands, warm
@@ -29,6 +30,7 @@ app = typer.Typer(
 )
 app.command()(plan)
 app.command("verify")(verify_stored)
+app.command()(from_depth)
 app.command()(export)
 app.command()(dataset)
 app.command()(formats)

@@ -97,7 +97,7 @@ def scene_from_view(
                 "seen by the camera",
                 Pose.from_matrix(scene_from_camera),
                 points=np.round(kept, 4),
-                point_radius=SPACING,
+                point_radius=SPACING + 1e-4,  # and what rounding moved
             ),
         )
         if len(kept)

@@ -10,7 +10,7 @@ from uuid import uuid4
 
 from pydantic import TypeAdapter
 
-from fingersplit.errors import FingersplitError, FormatError, ObjectFileError, SettingsError
+from fingersplit.errors import FingersplitError, FormatError, ObjectFileError, SceneError, SettingsError
 from fingersplit_client.schemas import (
     ObjectInfo,
     ObjectLookup,
@@ -18,12 +18,13 @@ from fingersplit_client.schemas import (
     ParallelGraspSet,
     ParallelGraspSetInfo,
     ParallelGraspsGenerate,
+    ViewedScene,
 )
 from fingersplit_service.database.objects import ObjectStore, StoredObject
 from fingersplit_service.jobs.errors import InvalidField, InvalidFile, NotFound, ObjectInUse, ResourceGone
 from fingersplit_service.jobs.hand_catalog import HandCatalog
 from fingersplit_service.jobs.job_requests import check_grasps, check_hand, check_source
-from fingersplit_service.jobs.worker_functions import GraspFile, Upload, WorkerFunctions
+from fingersplit_service.jobs.worker_functions import GraspFile, Upload, ViewUpload, WorkerFunctions
 from fingersplit_service.jobs.worker_pool import DeadlineExceeded, WorkerDied, WorkerPool
 from fingersplit_service.settings import ServiceSettings
 from fingersplit_service.storage import Storage
@@ -90,6 +91,21 @@ class ObjectService:
         deadline = self._settings.plan_deadline_s
         self._pool.run_idly(self._functions.decompose, self._storage, info.id, deadline_s=deadline)
         return info, True
+
+    async def add_view(self, owner: str, name: str, view: ViewUpload) -> ViewedScene:
+        """Cut a depth image into a target, which is kept like any object, and the scene around it.
+
+        Raises:
+            InvalidField: An entry of the view cannot be used.
+            InvalidFile: What the mask shows is no graspable object.
+        """
+        for _ in range(_CLAIMS):
+            found, rest = await self._cut(owner, view)
+            info = ObjectInfo(name=name, unit="m", created_at=datetime.now(UTC), **found)
+            await self._objects.add(owner, info)
+            if self._storage.shape(info.id).exists():
+                return ViewedScene(object=await self.get(owner, info.id), **rest)
+        raise ResourceGone(f"The file of object {info.id} was removed by clean-up; send the image again.")
 
     async def find(self, owner: str, lookup: ObjectLookup) -> ObjectInfo:
         """The object that a file became when its owner uploaded it with these options.
@@ -244,6 +260,15 @@ class ObjectService:
         except InvalidFile as error:
             error.mesh = True
             raise
+
+    async def _cut(self, owner: str, view: ViewUpload) -> tuple[dict[str, Any], dict[str, Any]]:
+        """What a worker makes of a view."""
+        try:
+            return await self._read_file(owner, self._functions.cut_view, view)
+        except SceneError as error:
+            raise InvalidField(f"/{error.field}", str(error)) from error
+        except ObjectFileError as error:
+            raise InvalidFile(str(error), code=error.code, mesh=True) from error
 
     async def _read_file(
         self, owner: str, function: Callable[..., Returned], *arguments: Any, object_id: str | None = None

@@ -22,8 +22,10 @@ from fingersplit_service.storage import Storage
 __all__ = [
     "GraspFile",
     "Upload",
+    "ViewUpload",
     "WarmUpReport",
     "WorkerFunctions",
+    "cut_view",
     "decompose_object",
     "export_mesh",
     "generate_parallel_grasps",
@@ -67,6 +69,33 @@ class Upload:
     options: dict[str, Any]
     viewpoint: tuple[float, float, float] | None = None
     scale: float = 1.0
+
+
+@dataclass(frozen=True)
+class ViewUpload:
+    """An uploaded depth image or organised cloud for a worker to cut into a target and a scene.
+
+    Attributes:
+        path: The file, ``.npz`` or ``.png``.
+        mask: Image of the object's pixels; None where the file has it.
+        intrinsics: fx, fy, cx, cy [pixels]; None where the file has them.
+        depth_scale: Metres of one unit of depth; None for what the file says.
+        camera_pose: Position [m] and quaternion wxyz, world_from_camera; None for what the file says.
+        frame: Frame of the scene, ``world`` or ``camera``.
+        support: Whether the support surface is to be found.
+        clearance: Of the hand from obstacles and support [m].
+        options: ``ObjectOptions`` document of the target.
+    """
+
+    path: Path
+    mask: Path | None
+    intrinsics: tuple[float, ...] | None
+    depth_scale: float | None
+    camera_pose: tuple[float, ...] | None
+    frame: str
+    support: bool
+    clearance: float
+    options: dict[str, Any]
 
 
 @dataclass(frozen=True)
@@ -149,6 +178,46 @@ def inspect_object(storage: Storage, upload: Upload) -> dict[str, Any]:
     }
 
 
+def cut_view(storage: Storage, view: ViewUpload) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Cut a view into its target, which is kept and prepared, and the scene around it.
+
+    Returns:
+        What ``ObjectInfo`` says of the target, and what ``ViewedScene`` says beside it.
+
+    Raises:
+        SceneError: The view cannot be used.
+        ObjectFileError: The target is no graspable object.
+    """
+    import numpy as np
+
+    from fingersplit.scene.from_view import scene_from_view
+    from fingersplit.scene.shapes import Pose
+    from fingersplit.scene.view_files import read_view
+
+    pose = view.camera_pose
+    seen = read_view(
+        view.path,
+        view.mask,
+        intrinsics=view.intrinsics,
+        depth_scale=view.depth_scale,
+        world_from_camera=None if pose is None else Pose(pose[:3], pose[3:]).matrix,
+    )
+    found = scene_from_view(seen, frame=view.frame, support=view.support, clearance=view.clearance)
+    target = storage.staged(".npz")
+    try:
+        np.savez(target, points=found.target.points, viewpoint=np.zeros(3))
+        described = inspect_object(storage, Upload(target, "m", view.options))
+    finally:
+        target.unlink(missing_ok=True)
+    return described, {
+        "scene": found.scene.to_document(),
+        "target_points": len(found.target.points),
+        "obstacle_points": found.obstacle_points,
+        "support_points": found.support_points,
+        "warnings": list(found.warnings),
+    }
+
+
 def decompose_object(storage: Storage, object_id: str) -> None:
     """Compute an object's convex pieces before a job needs them, unless it was deleted meanwhile."""
     if storage.shape(object_id).exists():
@@ -213,6 +282,7 @@ class WorkerFunctions:
 
     warm: Callable[[], WarmUpReport] = warm
     inspect: Callable[[Storage, Upload], dict[str, Any]] = inspect_object
+    cut_view: Callable[[Storage, ViewUpload], tuple[dict[str, Any], dict[str, Any]]] = cut_view
     decompose: Callable[[Storage, str], None] = decompose_object
     generate: Callable[[Storage, str, ParallelGraspsGenerate], list[dict[str, Any]]] = generate_parallel_grasps
     import_grasps: Callable[[Storage, str, str, GraspFile], tuple[list[dict[str, Any]], str]] = import_grasps

@@ -67,6 +67,7 @@ from fingersplit_client.schemas.resources import (
     Readiness,
     SessionCreate,
     SessionInfo,
+    ViewedScene,
 )
 from fingersplit_client.schemas.verification import (
     Verification,
@@ -151,4 +152,5 @@ __all__ = [
     "VerificationState",
     "VerificationSummary",
     "VerificationTrial",
+    "ViewedScene",
 ]

@@ -1,7 +1,7 @@
 """Objects, hands, and how the service is."""
 
 from datetime import datetime
-from typing import Literal
+from typing import Any, Literal
 
 from pydantic import Field
 
@@ -25,6 +25,7 @@ __all__ = [
     "Readiness",
     "SessionCreate",
     "SessionInfo",
+    "ViewedScene",
 ]
 
 
@@ -53,6 +54,19 @@ class ObjectPage(Document):
 
     items: list[ObjectInfo] = Field(description="The objects of this page.")
     next_cursor: str | None = Field(description="Value of `cursor` for the next page; null on the last one.")
+
+
+class ViewedScene(Document):
+    """What a depth image became: an object to grasp, and a scene for jobs with it."""
+
+    object: ObjectInfo = Field(description="The target; its frame is the camera's optical frame.")
+    scene: dict[str, Any] = Field(
+        description="Value for `scene` of a job: the object's pose, gravity, support surface and obstacle cloud."
+    )
+    target_points: int = Field(description="Measured points of the target.")
+    obstacle_points: int = Field(description="Points of the obstacle cloud; each is a ball that covers its neighbours.")
+    support_points: int = Field(description="Points in which the support surface was found; 0 if none was asked for.")
+    warnings: list[str] = Field(description="What a caller may not expect.")
 
 
 class ParallelGraspsGenerate(Document):
