@@ -51,7 +51,7 @@ def from_depth(
         mask,
         intrinsics=None if intrinsics is None else _numbers("intrinsics", intrinsics, 4),
         depth_scale=depth_scale,
-        world_from_camera=None if pose is None else Pose(pose[:3], pose[3:]).matrix,
+        world_from_camera=None if pose is None else Pose.from_numbers(pose).matrix,
     )
     found = scene_from_view(view, frame=frame, support=support, clearance=clearance)
     with target.open("wb") as written:

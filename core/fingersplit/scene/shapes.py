@@ -1,5 +1,6 @@
 """Poses and primitive shapes of a scene, with the names and dimensions of shape_msgs/SolidPrimitive."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Self
@@ -40,6 +41,12 @@ class Pose(Document):
         matrix = pose_matrix(rotation_from_wxyz(self.wxyz), self.position)
         matrix.setflags(write=False)
         return matrix
+
+    @classmethod
+    def from_numbers(cls, numbers: Sequence[float]) -> Self:
+        """From seven numbers: position [m] and quaternion."""
+        x, y, z, *wxyz = numbers
+        return cls((x, y, z), tuple(wxyz))  # type: ignore[arg-type]  # the entry checks how many there are
 
     @classmethod
     def from_matrix(cls, matrix: ArrayLike) -> Self:

@@ -200,7 +200,7 @@ def cut_view(storage: Storage, view: ViewUpload) -> tuple[dict[str, Any], dict[s
         view.mask,
         intrinsics=view.intrinsics,
         depth_scale=view.depth_scale,
-        world_from_camera=None if pose is None else Pose(pose[:3], pose[3:]).matrix,
+        world_from_camera=None if pose is None else Pose.from_numbers(pose).matrix,
     )
     found = scene_from_view(seen, frame=view.frame, support=view.support, clearance=view.clearance)
     target = storage.staged(".npz")

@@ -1,16 +1,20 @@
 """Scenes from a depth camera."""
 
+import os
 from collections.abc import Sequence
-from typing import Any, Generic, Literal
+from typing import Any, BinaryIO, Generic, Literal, TypeAlias
 
 from fingersplit_client._exchange import given, parse
 from fingersplit_client._flow import Flow, Work
-from fingersplit_client.mesh_files import MeshFile, MeshSource, read_file
+from fingersplit_client.mesh_files import MeshFile, read_file
 from fingersplit_client.modes import Mode, operation
 from fingersplit_client.resources.resource import Resource
 from fingersplit_client.schemas import ViewedScene
 
-__all__ = ["Scenes"]
+__all__ = ["ImageSource", "Scenes"]
+
+ImageSource: TypeAlias = os.PathLike[str] | str | bytes | BinaryIO
+"""A file's path, an open binary file, or a file's bytes."""
 
 
 class Scenes(Resource[Mode], Generic[Mode]):
@@ -19,9 +23,9 @@ class Scenes(Resource[Mode], Generic[Mode]):
     @operation
     def from_depth(
         self,
-        image: MeshSource,
+        image: ImageSource,
         *,
-        mask: MeshSource | None = None,
+        mask: ImageSource | None = None,
         intrinsics: Sequence[float] | None = None,
         depth_scale: float | None = None,
         camera_pose: Sequence[float] | None = None,
