@@ -47,7 +47,7 @@ from fingersplit_service.security.middleware import (
 )
 from fingersplit_service.settings import ServiceSettings
 
-__all__ = ["create_app"]
+__all__ = ["create_app", "create_worker_app"]
 
 _RESOURCES = (
     *(plan, object_lookup, objects, parallel_grasps, jobs, grasps, views, exports),
@@ -55,6 +55,32 @@ _RESOURCES = (
 )
 _UPLOADS = re.compile(f"{objects.PATH}(/[^/]+/parallel-grasps/import)?")
 _MULTIPART_OVERHEAD = 64 * 1024  # boundaries, part headers, and the other fields [bytes]
+
+
+def create_worker_app(settings: ServiceSettings, functions: WorkerFunctions | None = None) -> FastAPI:
+    """Build what runs the jobs of replicas elsewhere; over HTTP it only says how it fares.
+
+    Args:
+        settings: With database and object store.
+        functions: As of `create_app`.
+    """
+    metrics = Metrics()
+
+    @asynccontextmanager
+    async def lifespan(app: FastAPI) -> AsyncIterator[None]:
+        async with running(settings, functions or WorkerFunctions(), metrics, "work") as runtime:
+            app.state.runtime = runtime
+            yield
+
+    app = FastAPI(title="Fingersplit worker", lifespan=lifespan, docs_url=None, redoc_url=None, openapi_url=None)
+    app.include_router(health.router)
+    add_problem_handlers(app)
+    app.add_middleware(CrossSiteGuard, settings=settings)
+    app.add_middleware(RequestLimits, max_requests=settings.max_connections, max_header_bytes=MAX_HEADER_BYTES)
+    app.add_middleware(HeadAsGet)
+    app.add_middleware(AccessLog, metrics=metrics)
+    app.add_middleware(RequestId)
+    return app
 
 
 def create_app(settings: ServiceSettings | None = None, functions: WorkerFunctions | None = None) -> FastAPI:

@@ -1,4 +1,4 @@
-"""The subcommands `fingersplit serve`, `fingersplit keys` and `fingersplit doctor`."""
+"""The subcommands `fingersplit serve`, `worker`, `keys` and `doctor`."""
 
 import asyncio
 import sys
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from fingersplit_service.database.keys import KeyStore
     from fingersplit_service.settings import ServiceSettings
 
-__all__ = ["create_key", "doctor", "keys", "list_keys", "revoke_key", "serve"]
+__all__ = ["create_key", "doctor", "keys", "list_keys", "revoke_key", "serve", "worker"]
 
 _BAD_INPUT = 2
 
@@ -38,28 +38,70 @@ def serve(
     """
     # Imported here, because every `fingersplit` command loads this module.
     from fingersplit_service.app import create_app
-    from fingersplit_service.database.connection import StorageUnavailable
-    from fingersplit_service.database.schema import SchemaTooNew
     from fingersplit_service.listening import serve_app
-    from fingersplit_service.security.exposure import Exposed, refuse_exposure
     from fingersplit_service.settings import settings_table
-    from fingersplit_service.storage import DataDirectoryInUse, Storage
 
     if show_settings:
         typer.echo(settings_table())
         return
     settings = _settings(host=host, port=port, workers=workers, data_dir=data_dir)
+    _refuse_start(settings)
+    kept = "PostgreSQL and the object store" if settings.cluster else settings.data_dir
+    sys.stdout.write(f"Fingersplit: http://{settings.host}:{settings.port}/docs, data in {kept}\n")
+    sys.stdout.flush()
+    serve_app(create_app(settings), settings)
+
+
+def worker(
+    host: Annotated[
+        str | None, typer.Option(help="Address of /healthz, /readyz and /metrics.", show_default="127.0.0.1")
+    ] = None,
+    port: Annotated[int | None, typer.Option(help="Port of these.", show_default="8000")] = None,
+    workers: Annotated[int | None, typer.Option(help="Number of worker processes.", show_default="2")] = None,
+    data_dir: DataDirectory = None,
+) -> None:
+    """Run jobs that `fingersplit serve` accepted on other machines, until interrupted.
+
+    FINGERSPLIT_DATABASE_URL and FINGERSPLIT_STORAGE_URL name what the machines share; the data directory holds copies
+    that may be deleted.
+    """
+    from fingersplit_service.app import create_worker_app
+    from fingersplit_service.listening import serve_app
+
+    settings = _settings(host=host, port=port, workers=workers, data_dir=data_dir)
+    if not settings.cluster:
+        typer.echo(
+            "A worker needs what it shares with other machines: set FINGERSPLIT_DATABASE_URL and "
+            "FINGERSPLIT_STORAGE_URL; one machine alone only needs `fingersplit serve`.",
+            err=True,
+        )
+        raise typer.Exit(_BAD_INPUT)
+    _refuse_start(settings)
+    sys.stdout.write(f"Fingersplit worker: {settings.workers} processes, http://{settings.host}:{settings.port}\n")
+    sys.stdout.flush()
+    serve_app(create_worker_app(settings), settings)
+
+
+def _refuse_start(settings: "ServiceSettings") -> None:
+    """End the program with a sentence where a service could not start with these settings."""
+    from fingersplit_service.database.connection import StorageUnavailable
+    from fingersplit_service.database.schema import SchemaTooNew
+    from fingersplit_service.security.exposure import Exposed, refuse_exposure
+    from fingersplit_service.storage import DataDirectoryInUse, Storage
+
     try:
         with _key_store(settings) as store:
             asyncio.run(refuse_exposure(settings, store))
         with Storage(settings.data_dir.absolute()).lock():
             pass
+        if settings.cluster:
+            import obstore  # noqa: F401 -- of an extra
     except (Exposed, DataDirectoryInUse, SchemaTooNew, StorageUnavailable, OSError) as error:
         typer.echo(str(error), err=True)
         raise typer.Exit(_BAD_INPUT) from None
-    sys.stdout.write(f"Fingersplit: http://{settings.host}:{settings.port}/docs, data in {settings.data_dir}\n")
-    sys.stdout.flush()
-    serve_app(create_app(settings), settings)
+    except ModuleNotFoundError as error:
+        typer.echo(f"{error.name} is missing; install fingersplit-service[cluster].", err=True)
+        raise typer.Exit(_BAD_INPUT) from None
 
 
 @keys.command("create")

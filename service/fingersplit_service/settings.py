@@ -5,7 +5,7 @@ import os
 from pathlib import Path
 from typing import Literal
 
-from pydantic import Field, PositiveFloat, PositiveInt
+from pydantic import Field, PositiveFloat, PositiveInt, model_validator
 from pydantic_settings import BaseSettings, PydanticBaseSettingsSource, SettingsConfigDict, TomlConfigSettingsSource
 
 __all__ = ["ServiceSettings", "is_address", "is_loopback", "settings_table"]
@@ -49,6 +49,17 @@ class ServiceSettings(BaseSettings):
     data_dir: Path = Field(default_factory=_default_data_dir, description="Where all data are kept.")
     database_url: str | None = Field(
         default=None, description="PostgreSQL database to keep the tables in; by default a file in data_dir."
+    )
+    database_session_url: str | None = Field(
+        default=None,
+        description="The same database past a pooler that shares sessions, for LISTEN; without, waits may take 0.5 s.",
+    )
+    storage_url: str | None = Field(
+        default=None,
+        description="Object store that machines share: s3://, gs://, az:// or file://; by default all is in data_dir.",
+    )
+    agent_silence_s: PositiveFloat = Field(
+        default=3.0, description="After this time without a sign of life another machine takes its jobs [s]."
     )
     cache_bytes: PositiveInt = Field(
         default=2048 * _MIB,
@@ -120,6 +131,17 @@ class ServiceSettings(BaseSettings):
     otlp_endpoint: str | None = Field(
         default=None, description="OpenTelemetry collector to send traces to, such as http://127.0.0.1:4318/v1/traces."
     )
+
+    @property
+    def cluster(self) -> bool:
+        """Whether several machines share the work."""
+        return self.storage_url is not None
+
+    @model_validator(mode="after")
+    def _several_machines_share_tables(self) -> "ServiceSettings":
+        if self.storage_url is not None and self.database_url is None:
+            raise ValueError("FINGERSPLIT_STORAGE_URL is for several machines; give FINGERSPLIT_DATABASE_URL as well.")
+        return self
 
     @classmethod
     def settings_customise_sources(

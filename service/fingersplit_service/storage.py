@@ -1,4 +1,8 @@
-"""Files of the service: where they stand, and writes that leave either the whole file or none."""
+"""Files of the service: where they stand, and writes that leave either the whole file or none.
+
+On one machine the data directory has them all. Several machines share them in an object store; their data directories
+then hold copies, which may be deleted at any time.
+"""
 
 import fcntl
 import os
@@ -8,6 +12,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from uuid import uuid4
+
+from fingersplit_service.blobs import Blob, BlobStore
 
 __all__ = ["DataDirectoryInUse", "Storage"]
 
@@ -22,11 +28,13 @@ class Storage:
 
     Attributes:
         root: The directory.
-        cache_bytes: Most that prepared objects may take on disk.
+        cache_bytes: Most that prepared objects may take on disk; of copies of shared files, too.
+        shared: Where the files are kept that other machines need as well; None for one machine.
     """
 
     root: Path
     cache_bytes: int = 2**31
+    shared: BlobStore | None = None
 
     @property
     def database(self) -> Path:
@@ -55,41 +63,66 @@ class Storage:
         """All files of a job."""
         return self.root / "jobs" / job_id
 
+    def exists(self, path: Path) -> bool:
+        """Whether a file is there, on whichever machine it was written.
+
+        Raises:
+            BlobsUnavailable: The object store does not answer.
+        """
+        return path.exists() if self.shared is None else self.shared.exists(self._name(path))
+
+    def local(self, path: Path) -> Path:
+        """A file that may have been written on another machine, as it can be read here.
+
+        Raises:
+            FileNotFoundError: It is nowhere.
+            BlobsUnavailable: The object store does not answer.
+        """
+        if self.shared is not None:
+            if path.exists():
+                os.utime(path)  # the time of last use, which `forget_copies` goes by
+            else:
+                self.shared.get(self._name(path), path)
+        elif not path.exists():
+            raise FileNotFoundError(f"{path} is not there.")
+        return path
+
+    def claim(self, path: Path) -> None:
+        """Say that a file is needed, so that clean-up leaves it for a while."""
+        path.touch()
+        if self.shared is not None:
+            self.shared.put(self._name(path), path)
+
     def remove_object(self, object_id: str) -> None:
         """Delete an object's files and what was computed of it."""
         for path in (*(self.root / "objects").glob(f"{object_id}.*"), *self.cache.glob(f"*-{object_id}-*")):
             path.unlink(missing_ok=True)
+        if self.shared is not None:
+            found = [blob.name for folder in ("objects/", "cache/") for blob in self.shared.entries(folder)]
+            marks = (f"objects/{object_id}.", f"-{object_id}-")
+            self.shared.delete([name for name in found if any(mark in name for mark in marks)])
 
     def remove_job(self, job_id: str) -> None:
         """Delete a job's files."""
         shutil.rmtree(self.job_folder(job_id), ignore_errors=True)
+        if self.shared is not None:
+            self.shared.delete([blob.name for blob in self.shared.entries(f"jobs/{job_id}/")])
 
     def objects_before(self, moment: float) -> list[str]:
         """Ids of objects whose files were last written or claimed before ``moment`` [s since 1970]."""
-        folder, newest = self.root / "objects", dict[str, float]()
-        if not folder.is_dir():
-            return []
-        for entry in os.scandir(folder):
-            object_id = entry.name.partition(".")[0]
-            newest[object_id] = max(newest.get(object_id, 0.0), entry.stat().st_mtime)
+        newest = dict[str, float]()
+        for blob in self._files("objects"):
+            object_id = blob.name.split("/")[1].partition(".")[0]
+            newest[object_id] = max(newest.get(object_id, 0.0), blob.modified)
         return [object_id for object_id, written in newest.items() if written < moment]
 
     def job_folders_before(self, moment: float) -> list[str]:
         """Ids of jobs whose files were last written before ``moment`` [s since 1970]."""
-        folder = self.root / "jobs"
-        if not folder.is_dir():
-            return []
-        return [entry.name for entry in os.scandir(folder) if entry.stat().st_mtime < moment]
+        return [name for written, name, _ in self._job_folders() if written < moment]
 
     def job_folders_beyond(self, most_bytes: int) -> list[str]:
         """Ids of the jobs with the oldest files, as many as have to go for the rest to take ``most_bytes`` at most."""
-        folder = self.root / "jobs"
-        if not folder.is_dir():
-            return []
-        sizes = [
-            (entry.stat().st_mtime, entry.name, sum(file.stat().st_size for file in os.scandir(entry)))
-            for entry in os.scandir(folder)
-        ]
+        sizes = self._job_folders()
         beyond = sum(size for _, _, size in sizes) - most_bytes
         leaving = []
         for _, name, size in sorted(sizes):
@@ -98,6 +131,41 @@ class Storage:
             leaving.append(name)
             beyond -= size
         return leaving
+
+    def forget_copies(self) -> None:
+        """Delete the copies of shared files that were not used for longest, until the rest takes ``cache_bytes``."""
+        copies = [path for folder in ("objects", "jobs") for path in (self.root / folder).rglob("*") if path.is_file()]
+        known = sorted((status.st_mtime, status.st_size, path) for path in copies if (status := _status(path)))
+        beyond = sum(size for _, size, _ in known) - self.cache_bytes
+        for _, size, path in known:
+            if beyond <= 0:
+                break
+            path.unlink(missing_ok=True)
+            beyond -= size
+
+    def _job_folders(self) -> list[tuple[float, str, int]]:
+        """When the files of each job were last written, its id, and how much they take [bytes]."""
+        if self.shared is None:
+            folder = self.root / "jobs"
+            entries = list(os.scandir(folder)) if folder.is_dir() else []
+            return [(one.stat().st_mtime, one.name, sum(f.stat().st_size for f in os.scandir(one))) for one in entries]
+        found = dict[str, tuple[float, int]]()
+        for blob in self._files("jobs"):
+            job_id = blob.name.split("/")[1]
+            written, size = found.get(job_id, (0.0, 0))
+            found[job_id] = (max(written, blob.modified), size + blob.size)
+        return [(written, job_id, size) for job_id, (written, size) in found.items()]
+
+    def _files(self, folder: str) -> Iterator[Blob]:
+        if self.shared is not None:
+            yield from self.shared.entries(f"{folder}/")
+        elif (self.root / folder).is_dir():
+            for entry in os.scandir(self.root / folder):
+                yield Blob(f"{folder}/{entry.name}", entry.stat().st_mtime, 0)
+
+    def _name(self, path: Path) -> str:
+        """What a file is called in the object store."""
+        return path.relative_to(self.root).as_posix()
 
     def view(self, job_id: str, rank: int, name: str) -> Path:
         """What people look at of one grasp: ``picture.png``, ``recording.rrd`` and the like."""
@@ -144,13 +212,22 @@ class Storage:
             yield staged
             if make_folder:
                 path.parent.mkdir(parents=True, exist_ok=True)
-            if durable:
+            if self.shared is not None:
+                self.shared.put(self._name(path), staged)
+            elif durable:
                 _sync(staged)
             staged.replace(path)
-            if durable:
+            if durable and self.shared is None:
                 _sync(path.parent)
         finally:
             staged.unlink(missing_ok=True)
+
+
+def _status(path: Path) -> os.stat_result | None:
+    try:
+        return path.stat()
+    except FileNotFoundError:  # deleted meanwhile
+        return None
 
 
 def _sync(path: Path) -> None:

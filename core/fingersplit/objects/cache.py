@@ -58,6 +58,10 @@ class ContentCache:
         except OSError as error:
             raise CacheError(f"The cache folder {str(folder)!r} cannot be made: {error.strerror}.") from error
 
+    def entry(self, key: str) -> Path:
+        """The file of a key, which holds a checksum: it can be copied to and from other machines."""
+        return self.folder / (key + _ENTRY)
+
     def fetch(self, key: str, build: Callable[[], Arrays]) -> Arrays:
         """The arrays of a key, built if they are not there.
 
@@ -99,7 +103,7 @@ class ContentCache:
 
     def _open(self, key: str) -> Arrays | None:
         """Map the entry of a key; None where there is none that can be trusted."""
-        path = self.folder / (key + _ENTRY)
+        path = self.entry(key)
         try:
             with path.open("rb") as file:
                 fcntl.flock(file, fcntl.LOCK_SH)
@@ -120,7 +124,7 @@ class ContentCache:
             except OSError:
                 partial.unlink(missing_ok=True)
                 raise
-            partial.replace(self.folder / (key + _ENTRY))
+            partial.replace(self.entry(key))
             return _map(file)
 
     @contextmanager

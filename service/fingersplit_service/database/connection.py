@@ -1,4 +1,4 @@
-"""A database with one writer and one reader, each a connection in a thread of its own."""
+"""A database: of SQLite one writer and one reader, each a connection in a thread of its own; of PostgreSQL some."""
 
 import asyncio
 import logging
@@ -30,6 +30,13 @@ Params = ParamSpec("Params")
 Returned = TypeVar("Returned")
 Owner = TypeVar("Owner", bound="Store")
 
+_POSTGRESQL = {  # a machine that is gone answers nothing: it is given up after seconds, not after hours
+    "connect_timeout": 5,
+    "keepalives_idle": 5,
+    "keepalives_interval": 2,
+    "keepalives_count": 3,
+    "tcp_user_timeout": 10_000,
+}
 _BUSY_TIMEOUT = 2_000  # how long to wait for another process's lock [ms]
 _SERVICE_LOCK = 0x66696E67  # of PostgreSQL, held by the one service that works on a database
 _log = logging.getLogger(__name__)
@@ -51,28 +58,32 @@ def database_url(configured: str | None, file: Path) -> sa.URL:
 
 
 class Database:
-    """Two connections; the tables are brought up to date when it is opened.
+    """Connections with threads of their own; the tables are brought up to date when it is opened.
 
-    All writes run one after the other in one thread: more connections to SQLite would only wait for each other's locks,
+    All writes to SQLite run one after the other in one thread: more connections would only wait for each other's locks,
     and an asynchronous driver costs more than a thread. Reads have a connection of their own, so that they do not wait
     for a write that is held up.
 
     Args:
         url: A SQLite file, made when it does not exist, or a PostgreSQL database.
+        connections: How many transactions of either kind may run at once on PostgreSQL.
 
     Raises:
         StorageUnavailable: It cannot be opened.
     """
 
-    def __init__(self, url: sa.URL) -> None:
+    def __init__(self, url: sa.URL, connections: int = 1) -> None:
+        at_once = 1 if url.get_backend_name() == "sqlite" else connections
         self._threads = {
-            name: ThreadPoolExecutor(1, thread_name_prefix=f"database-{name}") for name in ("write", "read")
+            name: ThreadPoolExecutor(at_once, thread_name_prefix=f"database-{name}") for name in ("write", "read")
         }
         self._file = _SqliteFile(url.database) if url.get_backend_name() == "sqlite" and url.database else None
         if self._file is not None:
             self.engine, self._reader = (self._file.engine(url, reads_only=reads) for reads in (False, True))
         else:
-            self.engine = sa.create_engine(url, pool_size=2, max_overflow=1, pool_pre_ping=True)
+            self.engine = sa.create_engine(
+                url, pool_size=2 * at_once, max_overflow=1, pool_pre_ping=True, connect_args=_POSTGRESQL
+            )
             self._reader = self.engine
         self._lock: sa.Connection | None = None
         try:
@@ -108,6 +119,11 @@ class Database:
         self._lock = self.engine.connect().execution_options(isolation_level="AUTOCOMMIT")
         if not self._lock.execute(sa.select(sa.func.pg_try_advisory_lock(_SERVICE_LOCK))).scalar():
             raise DatabaseInUse("Another service works on this database; stop it, or name another database.")
+
+    @property
+    def is_postgresql(self) -> bool:
+        """Whether other processes may write to it at the same time."""
+        return self._file is None
 
     async def run(
         self, function: Callable[[sa.Connection], Returned], *, durable: bool = False, reads_only: bool = False

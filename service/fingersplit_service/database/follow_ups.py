@@ -1,7 +1,11 @@
 """Runs whose first grasp is to be verified behind the answer: who is next, and what came of it.
 
-``jobs.verification`` says where that stands: ``pending``, ``done`` or ``failed``, nothing where it is not wanted.
+``jobs.verification`` says where that stands: ``pending``, ``done`` or ``failed``, nothing where it is not wanted. While
+``jobs.verifier`` names somebody, it is being done; the number of the attempt is the token to write what came of it.
 """
+
+from collections.abc import Callable
+from dataclasses import dataclass
 
 import sqlalchemy as sa
 
@@ -9,12 +13,30 @@ from fingersplit_service.database.connection import Database, Store, transaction
 from fingersplit_service.database.rows import LISTED_COLUMNS, JobRow, job_row
 from fingersplit_service.database.tables import jobs, results
 
-__all__ = ["FollowUpStore"]
+__all__ = ["FollowUp", "FollowUpStore"]
 
 _MAX_ATTEMPTS = 5  # one that kills its worker or the service each time is given up
-_WAITING = (
-    sa.select(jobs.c.owner, sa.func.min(jobs.c.number)).where(jobs.c.verification == "pending").group_by(jobs.c.owner)
-)
+_ONLY_ONE = "service"  # who verifies where there is one machine
+_FREE = (jobs.c.verification == "pending") & jobs.c.verifier.is_(None)
+_WAITING = sa.select(jobs.c.owner, sa.func.min(jobs.c.number)).where(_FREE).group_by(jobs.c.owner)
+_SPENT = _FREE & (jobs.c.verification_attempts >= _MAX_ATTEMPTS)
+
+
+@dataclass(frozen=True)
+class FollowUp:
+    """A job whose first grasp is to be verified.
+
+    Attributes:
+        job: The job.
+        result: Its result document, JSON.
+        attempt: Which attempt this is.
+        verifier: Who makes it.
+    """
+
+    job: JobRow
+    result: str
+    attempt: int
+    verifier: str
 
 
 class FollowUpStore(Store):
@@ -22,59 +44,77 @@ class FollowUpStore(Store):
 
     Args:
         database: Where the jobs are.
+        verifier: Says who this is, where several machines do it.
     """
 
-    def __init__(self, database: Database) -> None:
+    def __init__(self, database: Database, verifier: Callable[[], str] = lambda: _ONLY_ONE) -> None:
         super().__init__(database)
+        self._verifier = verifier
         self._served: dict[str, int] = {}
-        self._claimed: set[str] = set()  # ids: SQLite gives the number of a deleted job to another
         self._claims = 0
 
     @transaction
-    def claim(self, connection: sa.Connection) -> tuple[JobRow, str] | None:
-        """The next job to follow up with its result document, counting the attempt before it begins.
+    def begin(self, connection: sa.Connection) -> None:
+        """Take over what an earlier process of this machine left."""
+        left = jobs.c.verifier == self._verifier()
+        connection.execute(sa.update(jobs).where(jobs.c.verification == "pending", left).values(verifier=None))
+
+    @transaction
+    def claim(self, connection: sa.Connection) -> FollowUp | None:
+        """The next job to follow up, counting the attempt before it begins.
 
         The owner that was served least recently comes first, of its jobs the oldest. What is claimed stays pending in
-        the table until it is finished, so the next process finds it when this one dies.
+        the table until it is finished, so it is found when this process dies.
         """
-        spent = (jobs.c.verification == "pending") & (jobs.c.verification_attempts >= _MAX_ATTEMPTS)
-        connection.execute(sa.update(jobs).where(spent, jobs.c.id.not_in(self._claimed)).values(verification="failed"))
-        waiting = _WAITING.where(jobs.c.id.not_in(self._claimed))
-        groups = [(self._served.get(owner, 0), number, owner) for owner, number in connection.execute(waiting)]
-        if not groups:
-            return None
-        _, number, owner = min(groups)
-        which = jobs.c.number == number
-        count = {"verification_attempts": jobs.c.verification_attempts + 1}
-        connection.execute(sa.update(jobs).where(which).values(count))
-        query = sa.select(*LISTED_COLUMNS, jobs.c.request, results.c.document).join(results).where(which)
-        row = dict(connection.execute(query).mappings().one())
-        document: str = row.pop("document")
-        self._claims += 1
-        self._served[owner] = self._claims
-        job = job_row(row)
-        self._claimed.add(job.id)
-        return job, document
+        connection.execute(sa.update(jobs).where(_SPENT).values(verification="failed"))
+        waiting = connection.execute(_WAITING).all()
+        groups = [(self._served.get(owner, 0), number, owner) for owner, number in waiting]
+        for _, number, owner in sorted(groups):
+            which, verifier = jobs.c.number == number, self._verifier()
+            values = {"verification_attempts": jobs.c.verification_attempts + 1, "verifier": verifier}
+            update = sa.update(jobs).where(which, _FREE).values(values).returning(jobs.c.verification_attempts)
+            attempt = connection.execute(update).scalar()
+            if attempt is None:  # another machine was first
+                continue
+            query = sa.select(*LISTED_COLUMNS, jobs.c.request, results.c.document).join(results).where(which)
+            row = dict(connection.execute(query).mappings().one())
+            document: str = row.pop("document")
+            self._claims += 1
+            self._served[owner] = self._claims
+            return FollowUp(job_row(row), document, attempt, verifier)
+        return None
 
     @transaction
-    def finish(self, connection: sa.Connection, job: JobRow, document: str, verified: int) -> JobRow | None:
-        """Keep a result with its verification; the job as it is now, None when it was deleted meanwhile."""
-        which = (jobs.c.id == job.id) & (jobs.c.verification == "pending")
-        update = sa.update(jobs).where(which).values(verification="done", verified=verified)
-        row = connection.execute(update.returning(*LISTED_COLUMNS, jobs.c.request)).mappings().one_or_none()
-        if row is None:
-            return None
-        connection.execute(sa.update(results).where(results.c.job_id == job.id).values(document=document))
-        return job_row(row)
+    def finish(self, connection: sa.Connection, done: FollowUp, document: str, verified: int) -> JobRow | None:
+        """Keep a result with its verification; the job as it is now, None when it is not this attempt's any more."""
+        values = {"verification": "done", "verified": verified, "result_bytes": len(document)}
+        row = self._end(connection, done, values)
+        if row is not None:
+            connection.execute(sa.update(results).where(results.c.job_id == row.id).values(document=document))
+        return row
 
     @transaction
-    def fail(self, connection: sa.Connection, job: JobRow) -> JobRow | None:
-        """Give a follow-up up; the job as it is now, None when it was deleted meanwhile."""
-        which = (jobs.c.id == job.id) & (jobs.c.verification == "pending")
-        update = sa.update(jobs).where(which).values(verification="failed")
+    def fail(self, connection: sa.Connection, done: FollowUp) -> JobRow | None:
+        """Give a follow-up up; the job as it is now, None when it is not this attempt's any more."""
+        return self._end(connection, done, {"verification": "failed"})
+
+    @transaction
+    def release(self, connection: sa.Connection, done: FollowUp) -> None:
+        """Let a claimed follow-up be claimed again."""
+        connection.execute(sa.update(jobs).where(_attempt(done)).values(verifier=None))
+
+    @staticmethod
+    def _end(connection: sa.Connection, done: FollowUp, values: dict[str, object]) -> JobRow | None:
+        update = sa.update(jobs).where(_attempt(done)).values(values | {"verifier": None})
         row = connection.execute(update.returning(*LISTED_COLUMNS, jobs.c.request)).mappings().one_or_none()
         return None if row is None else job_row(row)
 
-    def release(self, job: JobRow) -> None:
-        """Let a claimed follow-up be claimed again."""
-        self._claimed.discard(job.id)
+
+def _attempt(done: FollowUp) -> sa.ColumnElement[bool]:
+    """The job while its first grasp is verified by this attempt."""
+    return (
+        (jobs.c.id == done.job.id)
+        & (jobs.c.verification == "pending")
+        & (jobs.c.verification_attempts == done.attempt)
+        & (jobs.c.verifier == done.verifier)
+    )

@@ -18,6 +18,7 @@ _USE_OBJECTS = (
     .where(objects.c.owner == sa.bindparam("of"), objects.c.id.in_(sa.bindparam("wanted", expanding=True)))
     .returning(objects.c.id, objects.c.name)
 )
+_LOCK_OWNER = sa.select(sa.func.pg_advisory_xact_lock(sa.func.hashtextextended(sa.bindparam("of"), 0)))
 _AT_ONCE = 500  # ids in one statement
 _ADD = sa.insert(jobs).returning(*LISTED_COLUMNS, jobs.c.request, sort_by_parameter_order=True)
 _GET = (
@@ -94,6 +95,8 @@ class JobStore(Store):
             QueueFull: Too many jobs of the owner wait.
             IdempotencyConflict: The key was used for something else.
         """
+        if connection.dialect.name == "postgresql":  # of one owner one after the other: keys and limits are exact
+            connection.execute(_LOCK_OWNER, {"of": owner})
         if idempotency_key is not None:
             known = one_job(connection, (jobs.c.owner == owner) & (jobs.c.idempotency_key == idempotency_key))
             if known is not None:
@@ -172,6 +175,15 @@ class JobStore(Store):
         """Ids and states of a batch's jobs in their order; empty when the owner has no such batch."""
         query = sa.select(jobs.c.id, jobs.c.state).where(jobs.c.owner == owner, jobs.c.batch_id == batch_id)
         return [(job_id, state) for job_id, state in connection.execute(query.order_by(jobs.c.number))]
+
+    @reading
+    def states(self, connection: sa.Connection, job_ids: Sequence[str]) -> list[JobRow]:
+        """Where jobs of any owner stand, without their requests."""
+        found = list[JobRow]()
+        for start in range(0, len(job_ids), _AT_ONCE):
+            query = sa.select(*LISTED_COLUMNS).where(jobs.c.id.in_(job_ids[start : start + _AT_ONCE]))
+            found += [job_row(row) for row in connection.execute(query).mappings()]
+        return found
 
     @reading
     def check(self, connection: sa.Connection) -> None:

@@ -94,6 +94,7 @@ class ObjectStore(Store):
     @accepting
     def remove(self, connection: sa.Connection, owner: str, object_id: str) -> Removal:
         """Delete an object and its parallel grasps, unless unfinished jobs need it."""
+        connection.execute(sa.select(objects.c.id).where(_is(owner, object_id)).with_for_update())  # none is added now
         unfinished = connection.execute(
             sa.select(sa.func.count())
             .select_from(jobs)

@@ -6,9 +6,11 @@ is the token of whoever runs it, so a worker that was given up cannot write a re
 
 import json
 import time
-from typing import Any
+from collections.abc import Collection
+from typing import Any, Literal
 
 import sqlalchemy as sa
+from sqlalchemy.sql.dml import ReturningUpdate
 
 from fingersplit_client.schemas import JobError
 from fingersplit_service.database.connection import Database, Store, transaction
@@ -16,7 +18,7 @@ from fingersplit_service.database.rows import LISTED_COLUMNS, JobRow, job_row
 from fingersplit_service.database.tables import jobs, results
 from fingersplit_service.jobs.outcome import JobResultRow
 
-__all__ = ["JobQueue"]
+__all__ = ["QUEUED_AGAIN", "JobQueue", "claimed", "failure"]
 
 _MAX_WORKER_DEATHS = 2
 _MAX_ATTEMPTS = 10  # a job under which the whole service dies each time is not run for ever
@@ -28,24 +30,21 @@ _WAITING = (
     .group_by(jobs.c.owner, jobs.c.priority)
 )
 _RUNNING = sa.select(jobs.c.owner, sa.func.count()).where(jobs.c.state == "running").group_by(jobs.c.owner)
-_CLAIM = (
-    sa.update(jobs)
-    .where(jobs.c.number == sa.bindparam("next_job"), jobs.c.state == "queued")
-    .values(state="running", attempts=jobs.c.attempts + 1)  # and what else is given
-    .returning(*LISTED_COLUMNS, jobs.c.request)
-)
-_SUCCEED = (
-    sa.update(jobs)
-    .where(
-        jobs.c.id == sa.bindparam("job_id"),
-        jobs.c.attempts == sa.bindparam("attempt"),
-        jobs.c.state == "running",
-    )
-    .values(state="succeeded")  # and what else is given
-    .returning(*LISTED_COLUMNS, jobs.c.request)
+
+
+def claimed(number: sa.ColumnElement[Any]) -> ReturningUpdate[Any]:
+    """The statement that starts an attempt of a queued job; what else it sets is given when it is run."""
+    update = sa.update(jobs).where(jobs.c.number == number, jobs.c.state == "queued")
+    return update.values(state="running", attempts=jobs.c.attempts + 1).returning(*LISTED_COLUMNS, jobs.c.request)
+
+
+_CLAIM = claimed(sa.bindparam("next_job"))
+_THIS_ATTEMPT = (
+    (jobs.c.id == sa.bindparam("job_id")) & (jobs.c.attempts == sa.bindparam("attempt")) & (jobs.c.state == "running")
 )
 _KEEP = sa.insert(results)
-_QUEUED_AGAIN: dict[str, Any] = {"state": "queued"}
+QUEUED_AGAIN: dict[str, Any] = {"state": "queued"}
+"""What a job that waits again has in its row."""
 
 
 class JobQueue(Store):
@@ -63,13 +62,20 @@ class JobQueue(Store):
         self.more = False
         self._served: dict[str, int] = {}
         self._claims = 0
+        succeed = sa.update(jobs).where(self._fence()).values(state="succeeded")  # and what else is given
+        self._succeed = succeed.returning(*LISTED_COLUMNS, jobs.c.request)
+
+    async def begin(self) -> None:
+        """Take over what a process that ended left running; call it before anything is claimed."""
+        await self.requeue_orphans()
 
     @transaction
-    def claim(self, connection: sa.Connection) -> JobRow | None:
+    def claim(self, connection: sa.Connection, warm: Collection[str] = ()) -> JobRow | None:  # noqa: ARG002
         """Take a job for a worker, counting the attempt before it begins.
 
         The owner is chosen first: the one with the fewest running jobs, of these the one that was served least
-        recently. Of that owner's jobs the highest priority goes first, within it the oldest.
+        recently. Of that owner's jobs the highest priority goes first, within it the oldest. On one machine ``warm``
+        does not count: whichever worker holds the object of a job takes it.
         """
         next_job = self._next(connection)
         if next_job is None:
@@ -108,10 +114,10 @@ class JobQueue(Store):
             "holding_margin": result.holding_margin,
             "warnings": json.dumps(result.warnings),
             "verification": "pending" if verify else None,
+            "result_bytes": len(result.result),
             "finished_at": time.time(),
         }
-        which = {"job_id": job.id, "attempt": job.attempts}
-        row = connection.execute(_SUCCEED, which | changes).mappings().one_or_none()
+        row = connection.execute(self._succeed, self._token(job) | changes).mappings().one_or_none()
         if row is None:
             return None
         connection.execute(_KEEP, {"job_id": job.id, "document": result.result})
@@ -120,25 +126,27 @@ class JobQueue(Store):
     @transaction
     def fail(self, connection: sa.Connection, job: JobRow, error: JobError) -> bool:
         """End a running job with the reason; whether it was still running this attempt."""
-        return _move(connection, _attempt(job), _failure(error.code, error.detail))
+        return _move(connection, self._attempt(job), failure(error.code, error.detail))
 
     @transaction
     def requeue(self, connection: sa.Connection, job: JobRow) -> bool:
         """Queue a running job again that was stopped for no fault of its own; whether it was still running."""
-        return _move(connection, _attempt(job), _QUEUED_AGAIN)
+        return _move(connection, self._attempt(job), QUEUED_AGAIN)
 
     @transaction
-    def count_worker_death(self, connection: sa.Connection, job: JobRow) -> bool:
+    def count_worker_death(self, connection: sa.Connection, job: JobRow) -> Literal["queued", "failed"] | None:
         """Queue a running job again whose worker died, or fail it if that was not the first time.
 
         Returns:
-            Whether it was queued again.
+            The state that it has now; None when it was not running this attempt any more.
         """
         deaths = jobs.c.worker_deaths + 1
-        failed = _failure("worker_died", f"Its worker process died {_MAX_WORKER_DEATHS} times while running it.")
-        last = _attempt(job) & (deaths >= _MAX_WORKER_DEATHS)
-        _move(connection, last, failed | {"worker_deaths": deaths})
-        return _move(connection, _attempt(job), _QUEUED_AGAIN | {"worker_deaths": deaths})
+        failed = failure("worker_died", f"Its worker process died {_MAX_WORKER_DEATHS} times while running it.")
+        last = self._attempt(job) & (deaths >= _MAX_WORKER_DEATHS)
+        if _move(connection, last, failed | {"worker_deaths": deaths}):
+            return "failed"
+        queued = _move(connection, self._attempt(job), QUEUED_AGAIN | {"worker_deaths": deaths})
+        return "queued" if queued else None
 
     @transaction
     def requeue_orphans(self, connection: sa.Connection) -> int:
@@ -148,14 +156,20 @@ class JobQueue(Store):
             How many were queued again.
         """
         left = jobs.c.state == "running"
-        failed = _failure("worker_died", f"The service ended {_MAX_ATTEMPTS} times while running it.")
+        failed = failure("worker_died", f"The service ended {_MAX_ATTEMPTS} times while running it.")
         connection.execute(sa.update(jobs).where(left, jobs.c.attempts >= _MAX_ATTEMPTS).values(failed))
-        return connection.execute(sa.update(jobs).where(left).values(_QUEUED_AGAIN)).rowcount
+        return connection.execute(sa.update(jobs).where(left).values(QUEUED_AGAIN)).rowcount
 
+    def _fence(self) -> sa.ColumnElement[bool]:
+        """That a job still runs an attempt, whose `_token` is given when the statement is run."""
+        return _THIS_ATTEMPT
 
-def _attempt(job: JobRow) -> sa.ColumnElement[bool]:
-    """The job while it runs this attempt."""
-    return (jobs.c.id == job.id) & (jobs.c.attempts == job.attempts) & (jobs.c.state == "running")
+    def _token(self, job: JobRow) -> dict[str, Any]:
+        return {"job_id": job.id, "attempt": job.attempts}
+
+    def _attempt(self, job: JobRow) -> sa.ColumnElement[bool]:
+        """The job while it runs this attempt."""
+        return self._fence().params(self._token(job))
 
 
 def _move(connection: sa.Connection, which: sa.ColumnElement[bool], changes: dict[str, Any]) -> bool:
@@ -163,5 +177,6 @@ def _move(connection: sa.Connection, which: sa.ColumnElement[bool], changes: dic
     return connection.execute(sa.update(jobs).where(which).values(changes)).rowcount == 1
 
 
-def _failure(code: str, detail: str) -> dict[str, Any]:
+def failure(code: str, detail: str) -> dict[str, Any]:
+    """What a job that failed has in its row."""
     return {"state": "failed", "error_code": code, "error_detail": detail, "finished_at": time.time()}

@@ -36,6 +36,9 @@ class JobRow:
     verified: int | None
     holding_margin: float | None
     verification: VerificationState | None
+    runner: str | None
+    stage: str | None
+    progress: float | None
     error: JobError | None
     warnings: list[str]
     request: str = ""

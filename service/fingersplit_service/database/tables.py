@@ -5,7 +5,18 @@ Times are seconds since 1970, UTC; documents are JSON text. ``owner`` is the id 
 
 import sqlalchemy as sa
 
-__all__ = ["api_keys", "grasp_outcomes", "jobs", "metadata", "objects", "parallel_grasp_sets", "results", "uploads"]
+__all__ = [
+    "agents",
+    "api_keys",
+    "grasp_outcomes",
+    "jobs",
+    "metadata",
+    "objects",
+    "parallel_grasp_sets",
+    "results",
+    "uploads",
+    "usage",
+]
 
 metadata = sa.MetaData()
 
@@ -23,6 +34,7 @@ objects = sa.Table(
     sa.Column("document", sa.Text, nullable=False, comment="ObjectInfo"),
     sa.Column("created_at", _Time, nullable=False),
     sa.Column("used_at", _Time, nullable=False, comment="last uploaded or planned for"),
+    sa.Column("bytes", sa.BigInteger, nullable=False, server_default="0", comment="size of its shape's file"),
     sa.Index("ix_objects_owner_id", "owner", "id", unique=True),
     sa.Index("ix_objects_owner_number", "owner", "number"),
     sa.Index("ix_objects_id", "id"),
@@ -58,6 +70,10 @@ jobs = sa.Table(
     sa.Column("deadline_s", sa.Float(53)),
     sa.Column("attempts", sa.Integer, nullable=False, comment="times handed to a worker, counted before"),
     sa.Column("worker_deaths", sa.Integer, nullable=False, comment="times its worker died of it"),
+    sa.Column("runner", _Id, comment="of several machines the one that runs it: agents.id"),
+    sa.Column("abandoned", sa.Integer, nullable=False, server_default="0", comment="times its machine fell silent"),
+    sa.Column("stage", sa.String(32), comment="what a job on another machine does"),
+    sa.Column("progress", sa.Float(53), comment="how much of it is done"),
     sa.Column("created_at", _Time, nullable=False),
     sa.Column("started_at", _Time, comment="of the latest attempt"),
     sa.Column("finished_at", _Time),
@@ -70,6 +86,8 @@ jobs = sa.Table(
     sa.Column("warnings", sa.Text, nullable=False, comment="list of sentences"),
     sa.Column("verification", sa.String(16), comment="of the first grasp behind the answer: pending, done, failed"),
     sa.Column("verification_attempts", sa.Integer, nullable=False, server_default="0"),
+    sa.Column("verifier", _Id, comment="of several machines the one that verifies it: agents.id"),
+    sa.Column("result_bytes", sa.BigInteger, nullable=False, server_default="0", comment="size of its result"),
     sa.Column("idempotency_key", sa.String(255)),
     sa.Column("request_hash", sa.String(64), nullable=False),
     sa.Column("request", sa.Text, nullable=False, comment="JobCreate"),
@@ -77,6 +95,8 @@ jobs = sa.Table(
     sa.Index("ix_jobs_owner_state", "owner", "state", "number"),
     sa.Index("ix_jobs_owner_object", "owner", "object_id", "number"),
     sa.Index("ix_jobs_queue", "state", "priority", "owner", "number"),
+    sa.Index("ix_jobs_waiting", "state", "owner", "priority", "number"),
+    sa.Index("ix_jobs_served", "owner", "started_at"),
     sa.Index("ix_jobs_batch", "batch_id", "number"),
     sa.Index("ix_jobs_finished", "finished_at"),
     sa.Index("ix_jobs_verification", "verification", "owner", "number"),
@@ -115,6 +135,25 @@ uploads = sa.Table(
     sa.Column("key", _Id, primary_key=True, comment="hash of a file and of what was said of it"),
     sa.Column("object_id", _Id, nullable=False),
     sa.Index("ix_uploads_object", "owner", "object_id"),
+)
+
+agents = sa.Table(
+    "agents",
+    metadata,
+    sa.Column("id", _Id, primary_key=True),
+    sa.Column("name", sa.Text, nullable=False, comment="machine and process, for people"),
+    sa.Column("workers", sa.Integer, nullable=False),
+    sa.Column("started_at", _Time, nullable=False),
+    sa.Column("beat_at", _Time, nullable=False, comment="last sign of life, by the database's clock"),
+)
+
+usage = sa.Table(
+    "usage",
+    metadata,
+    sa.Column("owner", _Id, primary_key=True),
+    sa.Column("kind", sa.String(16), primary_key=True, comment="jobs a minute, cpu_s a day"),
+    sa.Column("start", sa.BigInteger, primary_key=True, autoincrement=False, comment="of the time it counts for"),
+    sa.Column("amount", sa.Float(53), nullable=False),
 )
 
 api_keys = sa.Table(

@@ -55,7 +55,7 @@ def load_obstacle(storage: Storage, object_id: str) -> "ObjectModel":
     Raises:
         SceneError: It was deleted since the job was accepted.
     """
-    if not storage.shape(object_id).exists():
+    if not storage.exists(storage.shape(object_id)):
         raise SceneError("scene.obstacles", f"name the object {object_id!r}, which was deleted.")
     return prepared_object(storage, object_id, object_id)
 

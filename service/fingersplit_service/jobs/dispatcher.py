@@ -3,7 +3,7 @@
 import asyncio
 import logging
 import time
-from collections.abc import Awaitable, Callable, Iterator
+from collections.abc import Awaitable, Callable, Collection, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from functools import partial
@@ -11,6 +11,7 @@ from typing import NoReturn, TypeVar
 
 from fingersplit.errors import FingersplitError
 from fingersplit_client.schemas import JobCreate, JobError
+from fingersplit_service.blobs import BlobsUnavailable
 from fingersplit_service.database.connection import StorageUnavailable
 from fingersplit_service.database.queue import JobQueue
 from fingersplit_service.database.rows import JobRow
@@ -32,6 +33,7 @@ __all__ = ["Dispatcher"]
 
 _log = logging.getLogger(__name__)
 _RETRY, _MAX_RETRY = 0.1, 5.0  # pauses between attempts to write to the database [s]
+_STORE_PAUSE = 1.0  # after files could not be read [s]
 _KEPT_LATE = "The database could not be written when the job ended; its result was kept later."
 
 Returned = TypeVar("Returned")
@@ -66,14 +68,14 @@ class Dispatcher:
         self._metrics, self._settings, self._functions = metrics, settings, functions
         self._follow_ups = follow_ups
         self._runners = list[asyncio.Task[NoReturn]]()
-        self._running: dict[str, WorkerLease | None] = {}  # None once the worker is free again
+        self._running: dict[tuple[str, int], WorkerLease | None] = {}  # by id and attempt; None once the worker is free
         self._unseen, self._idle = asyncio.Semaphore(0), asyncio.Event()
         self._stopping = False
         self._idle.set()
 
     async def start(self) -> None:
-        """Queue again what a process that ended left running, and begin."""
-        await self._queue.requeue_orphans()
+        """Take over what a process that ended left running, and begin."""
+        await self._queue.begin()
         self.wake()
         self._runners = [asyncio.create_task(self._run_jobs()) for _ in range(self._settings.workers)]
 
@@ -88,16 +90,26 @@ class Dispatcher:
             runner.cancel()
         await asyncio.gather(*self._runners, return_exceptions=True)
 
-    def wake(self) -> None:
+    def wake(self, objects: Collection[str] = ()) -> None:  # noqa: ARG002 -- whose they are is seen when they are claimed
         """Say that a job was queued: one runner looks, and if there are more, the next one does."""
         if self._unseen.locked():
             self._unseen.release()
 
     def interrupt(self, job_id: str) -> None:
         """Free the core of a job that was cancelled, at once, whatever its worker does."""
-        lease = self._running.get(job_id)
-        if lease is not None:
-            lease.worker.kill()
+        for (running, _), lease in list(self._running.items()):
+            if running == job_id and lease is not None:
+                lease.worker.kill()
+
+    @property
+    def running(self) -> dict[str, tuple[int, str | None, float | None]]:
+        """What runs here, by job: the attempt, what it does and how much of it is done."""
+        found = dict[str, tuple[int, str | None, float | None]]()
+        for job_id, attempt in self._running:
+            latest = self._notifier.latest(job_id)
+            progress = latest.progress if latest else None
+            found[job_id] = (attempt, progress.stage if progress else None, progress.share if progress else None)
+        return found
 
     async def _run_jobs(self) -> NoReturn:
         while True:
@@ -117,20 +129,20 @@ class Dispatcher:
             async with self._pool.worker() as lease:
                 if self._stopping:
                     return
-                job = await self._queue.claim()
+                job = await self._queue.claim(self._pool.warm_objects(lease.worker))
                 if self._queue.more:
                     self.wake()
                 if job is None:
                     return
-                stack.enter_context(self._marked_as_running(job, lease))
                 lease.prefer(job.object_id)
+                stack.enter_context(self._marked_as_running(job, lease))
                 write_end = await self._attempt(lease, job)
-                self._running[job.id] = None
+                self._running[job.id, job.attempts] = None
             await write_end()
 
     @contextmanager
     def _marked_as_running(self, job: JobRow, lease: WorkerLease) -> Iterator[None]:
-        self._running[job.id] = lease
+        self._running[job.id, job.attempts] = lease
         self._idle.clear()
         try:
             with log_context(job_id=job.id), span("job", job_id=job.id, object_id=job.object_id, hand=job.hand):
@@ -138,7 +150,7 @@ class Dispatcher:
                 self._notifier.publish(job.id, "running", Progress())
                 yield
         finally:
-            del self._running[job.id]
+            del self._running[job.id, job.attempts]
             if not self._running:
                 self._idle.set()
 
@@ -162,6 +174,9 @@ class Dispatcher:
             await self._queue.requeue(job)
             self._notifier.publish(job.id, "queued")
             raise
+        except BlobsUnavailable as error:
+            _log.warning("Job %s: its files are out of reach: %s", job.id, error)
+            return partial(self._write_back, job)
         except Exception as error:
             if isinstance(error, MemoryError):
                 lease.worker.kill()  # what is left of its memory is not worth keeping
@@ -170,12 +185,18 @@ class Dispatcher:
         return partial(self._write_result, job, outcome)
 
     async def _write_death(self, job: JobRow) -> None:
-        again = await _retry(lambda _late: self._queue.count_worker_death(job))
-        self._ended(job, "queued" if again else "failed")
+        state = await _retry(lambda _late: self._queue.count_worker_death(job))
+        self._ended(job, state)
 
     async def _write_failure(self, job: JobRow, reason: JobError) -> None:
-        await _retry(lambda _late: self._queue.fail(job, reason))
-        self._ended(job, "failed")
+        failed = await _retry(lambda _late: self._queue.fail(job, reason))
+        self._ended(job, "failed" if failed else None)
+
+    async def _write_back(self, job: JobRow) -> None:
+        """Queue a job again whose files cannot be read now; nothing else is begun here for a while."""
+        queued = await _retry(lambda _late: self._queue.requeue(job))
+        self._ended(job, "queued" if queued else None)
+        await asyncio.sleep(_STORE_PAUSE)
 
     async def _write_result(self, job: JobRow, outcome: JobOutcome) -> None:
         """Keep a result and tell of it, unless the job was ended or deleted meanwhile."""
@@ -189,6 +210,7 @@ class Dispatcher:
 
         kept = await _retry(keep)
         if kept is None:
+            self._ended(job, None)
             return
         self._ended(job, "succeeded", (kept, outcome.row.result))
         self._metrics.observe_result(outcome)
@@ -210,9 +232,11 @@ class Dispatcher:
             deadline_s=self._settings.picture_deadline_s,
         )
 
-    def _ended(self, job: JobRow, state: str, outcome: tuple[JobRow, str] | None = None) -> None:
-        """Tell of a job's new state, unless it was cancelled, which was told then."""
-        if self._notifier.latest(job.id) is None:
+    def _ended(self, job: JobRow, state: str | None, outcome: tuple[JobRow, str] | None = None) -> None:
+        """Tell of a job's new state; None where it was not ours any more: cancelled, deleted or taken over."""
+        if state is None:
+            if (job.id, job.attempts + 1) not in self._running:
+                self._notifier.forget(job.id)
             return
         if state == "queued":
             self.wake()

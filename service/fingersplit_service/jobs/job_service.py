@@ -11,10 +11,10 @@ from fingersplit_client.schemas import JobCreate, JobState
 from fingersplit_service.database.jobs import JobFilter, JobStore, UnknownObject
 from fingersplit_service.database.objects import ObjectStore
 from fingersplit_service.database.rows import JobRow, NewJob
-from fingersplit_service.jobs.dispatcher import Dispatcher
 from fingersplit_service.jobs.errors import InvalidField, NotFound
 from fingersplit_service.jobs.hand_catalog import HandCatalog
 from fingersplit_service.jobs.job_requests import new_job
+from fingersplit_service.jobs.job_runner import JobRunner
 from fingersplit_service.jobs.notifier import Change, Notifier, Progress
 from fingersplit_service.operations.metrics import Metrics
 from fingersplit_service.settings import ServiceSettings
@@ -55,7 +55,7 @@ class JobService:
         jobs: The table.
         objects: The objects they are for.
         hands: The hands that are known.
-        dispatcher: Who runs them.
+        runner: Who runs them.
         notifier: Who tells what becomes of them.
         storage: Their files.
         metrics: What is counted.
@@ -67,13 +67,13 @@ class JobService:
         jobs: JobStore,
         objects: ObjectStore,
         hands: HandCatalog,
-        dispatcher: Dispatcher,
+        runner: JobRunner,
         notifier: Notifier,
         storage: Storage,
         metrics: Metrics,
         settings: ServiceSettings,
     ) -> None:
-        self._jobs, self._objects, self._hands, self._dispatcher = jobs, objects, hands, dispatcher
+        self._jobs, self._objects, self._hands, self._runner = jobs, objects, hands, runner
         self._notifier, self._storage, self._metrics, self._settings = notifier, storage, metrics, settings
 
     async def submit(
@@ -182,8 +182,8 @@ class JobService:
             async for change in subscription.changes(self._settings.keepalive_s):
                 if change is None:
                     yield None
-                elif _microseconds(change.time) > seen:
-                    seen = _microseconds(change.time)
+                elif _microseconds(change.time) > seen or change.state != view.row.state:
+                    seen = max(seen + 1, _microseconds(change.time))  # clocks of machines differ
                     if view.row.state != change.state or change.progress is None:  # else only the progress is new
                         found = await self._jobs.get(owner, job_id)
                         if found is None:
@@ -241,13 +241,13 @@ class JobService:
             place, object_id = error.args
             field = "/object_id" if batch_id is None else f"/jobs/{place}/object_id"
             raise InvalidField(field, f"There is no object {object_id!r}; upload it to /v1/objects first.") from error
-        self._dispatcher.wake()
+        self._runner.wake({job.object_id for job in new})
         return accepted
 
     def _announce_cancelled(self, job_ids: Sequence[str]) -> None:
         for job_id in job_ids:
             self._notifier.publish(job_id, "cancelled")
-            self._dispatcher.interrupt(job_id)
+            self._runner.interrupt(job_id)
             self._metrics.ended.labels("cancelled").inc()
 
     async def _ended_view(self, owner: str, job_id: str, end: Change) -> JobView:
@@ -261,7 +261,7 @@ class JobService:
         progress = None
         if row.state == "running":
             latest = self._notifier.latest(row.id)
-            progress = (latest.progress if latest else None) or Progress()
+            progress = (latest.progress if latest else None) or Progress(row.stage or "starting", row.progress or 0.0)
         return JobView(row, result, progress)
 
     def _past(self, view: JobView) -> list[tuple[float, JobView]]:

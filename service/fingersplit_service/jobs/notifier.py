@@ -134,16 +134,24 @@ class Notifier:
         followed_up: bool = False,
     ) -> None:
         """Tell subscribers what happened to a job; arguments as in `Change`."""
-        change = Change(state, time.time(), progress, outcome, followed_up)
+        self.deliver(job_id, Change(state, time.time(), progress, outcome, followed_up))
+
+    def deliver(self, job_id: str, change: Change) -> Change:
+        """Pass a change on to the subscribers here; the change as they get it."""
         before = self._latest.get(job_id)
         if before is not None and change.time <= before.time:  # clocks are coarse, and are set back
             change = replace(change, time=before.time + 1e-6)
-        if state == "running":
+        if change.state == "running":
             self._latest[job_id] = change
         else:
             self._latest.pop(job_id, None)
         for subscription in self._subscriptions.get(job_id, ()):
             subscription.put(change)
+        return change
+
+    def forget(self, job_id: str) -> None:
+        """Stop telling how far a job is, which ended without our doing."""
+        self._latest.pop(job_id, None)
 
     def latest(self, job_id: str) -> Change | None:
         """The last change of a job that runs here."""

@@ -79,7 +79,7 @@ class ObjectService:
             found = await self._inspect(owner, upload)
             info = ObjectInfo(name=name or file_name, unit=upload.unit, created_at=datetime.now(UTC), **found)
             fresh = await self._objects.add(owner, info)
-            if self._storage.shape(info.id).exists():
+            if await asyncio.to_thread(self._storage.exists, self._storage.shape(info.id)):
                 break
         else:
             raise ResourceGone(f"The file of object {info.id} was removed by clean-up; upload it again.")
@@ -138,7 +138,9 @@ class ObjectService:
         """
         await self._document(owner, object_id)
         path = self._storage.mesh_export(object_id, file_type)
-        if not path.exists():
+        try:
+            await asyncio.to_thread(self._storage.local, path)
+        except FileNotFoundError:
             deadline = self._settings.picture_deadline_s
             arguments = self._functions.export, self._storage, object_id, file_type
             await self._pool.answer(owner, *arguments, deadline_s=deadline, object_id=object_id)

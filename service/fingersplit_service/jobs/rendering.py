@@ -116,7 +116,7 @@ def render_view(storage: Storage, task: RenderTask) -> None:
 def render_in_advance(render: Callable[[Storage, RenderTask], None], storage: Storage, task: RenderTask) -> None:
     """Make a view that somebody is going to want, unless it is there or job or object were deleted meanwhile."""
     view = storage.view(task.job_id, task.rank, task.name)
-    if view.parent.exists() and storage.shape(task.request.object_id).exists() and not view.exists():
+    if view.parent.exists() and storage.exists(storage.shape(task.request.object_id)) and not storage.exists(view):
         with suppress(FileNotFoundError):
             render(storage, task)
 

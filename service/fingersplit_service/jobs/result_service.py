@@ -1,6 +1,8 @@
 """Results as the endpoints see them: grasps, views of them, and files for other tools."""
 
+import asyncio
 import json
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -77,9 +79,9 @@ class ResultService:
         if chosen is None or job.result is None:
             raise NotFound(f"Job {job_id} found no grasp to look at.")
         path = self._storage.view(job_id, chosen, name)
-        if path.exists():
-            return path
-        if not self._storage.shape(job.row.object_id).exists():
+        with suppress(FileNotFoundError):
+            return await asyncio.to_thread(self._storage.local, path)
+        if not await asyncio.to_thread(self._storage.exists, self._storage.shape(job.row.object_id)):
             raise ResourceGone("It cannot be made any more: its object was deleted.")
         self._storage.job_folder(job_id).mkdir(parents=True, exist_ok=True)
         request = JobCreate.model_validate_json(job.row.request)

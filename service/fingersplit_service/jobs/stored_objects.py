@@ -45,7 +45,7 @@ def keep_object(
     object_id = model_id(shape.content_hash, options)
     model = prepare_cached(_cache(storage), object_id, lambda: shape, object_id, options, source, report)
     path = storage.shape(object_id)
-    if not path.exists():
+    if not storage.exists(path):
         names = ("vertices", "faces") if isinstance(shape, Mesh) else ("points", "normals", "viewpoint")
         arrays = {name: getattr(shape, name) for name in names if getattr(shape, name) is not None}
         with storage.atomic(path) as staged:
@@ -53,7 +53,7 @@ def keep_object(
                 arrays[said] = np.array(json.dumps(part.to_document()))
             np.savez(staged, allow_pickle=False, **arrays)
     else:
-        path.touch()  # claimed again, so that clean-up leaves it
+        storage.claim(path)
     return model
 
 
@@ -92,7 +92,7 @@ def _prepared(storage: Storage, object_id: str) -> "ObjectModel":
     from fingersplit.objects.preparing import prepare_cached
     from fingersplit.objects.source import ObjectSource
 
-    with np.load(storage.shape(object_id), allow_pickle=False) as stored:
+    with np.load(storage.local(storage.shape(object_id)), allow_pickle=False) as stored:
         known = {name: json.loads(str(stored[name])) for name in ("options", "source", "report") if name in stored}
     options = ObjectOptions.from_document(known.get("options", {}))  # older files have none of them, or options only
     source = ObjectSource.from_document(known.get("source", {}))
@@ -107,7 +107,7 @@ def _shape(storage: Storage, object_id: str) -> "Mesh | PointCloud":
     from fingersplit.objects.cloud import PointCloud
     from fingersplit.objects.mesh import Mesh
 
-    with np.load(storage.shape(object_id), allow_pickle=False) as stored:
+    with np.load(storage.local(storage.shape(object_id)), allow_pickle=False) as stored:
         if "points" in stored:
             return PointCloud(stored["points"], stored.get("normals"), stored.get("viewpoint"))
         return Mesh(stored["vertices"], stored["faces"])
@@ -116,4 +116,8 @@ def _shape(storage: Storage, object_id: str) -> "Mesh | PointCloud":
 def _cache(storage: Storage) -> "ContentCache":
     from fingersplit.objects.cache import ContentCache
 
+    if storage.shared is not None:
+        from fingersplit_service.jobs.shared_cache import SharedCache
+
+        return SharedCache(storage.cache, storage.cache_bytes, storage.shared.hasty)
     return ContentCache(storage.cache, storage.cache_bytes)

@@ -71,7 +71,7 @@ def verify_first(storage: Storage, task: VerifyTask) -> VerifiedResult:
     rank = best_rank(grasps)
     if request.recording and rank is not None:
         for name in ("recording.rrd", "thumbnail.webp"):
-            if not storage.view(task.job_id, rank, name).exists() or name == "recording.rrd":
+            if name == "recording.rrd" or not storage.exists(storage.view(task.job_id, rank, name)):
                 render_view(storage, RenderTask(name, task.job_id, rank, task.object_name, request, text))
     held = sum(bool(grasp["verification"] and grasp["verification"]["passed"]) for grasp in grasps)
     return VerifiedResult(text, held)

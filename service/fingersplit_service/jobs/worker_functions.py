@@ -220,9 +220,10 @@ def cut_view(storage: Storage, view: ViewUpload) -> tuple[dict[str, Any], dict[s
 
 def decompose_object(storage: Storage, object_id: str) -> None:
     """Compute an object's convex pieces before a job needs them, unless it was deleted meanwhile."""
-    if storage.shape(object_id).exists():
+    shape = storage.shape(object_id)
+    if storage.exists(shape):
         convex_pieces(storage, object_id)
-    if not storage.shape(object_id).exists():
+    if not storage.exists(shape):
         storage.remove_object(object_id)
 
 

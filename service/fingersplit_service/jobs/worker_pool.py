@@ -4,7 +4,7 @@ import asyncio
 import logging
 import time
 from collections import OrderedDict, deque
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator, Callable, Collection
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
 from typing import Any, TypeVar
@@ -206,6 +206,14 @@ class WorkerPool:
         self.serve_next()
         self._look_again_when_quiet()
         return await answer
+
+    def warm_objects(self, slot: WorkerSlot) -> set[str]:
+        """Ids of the objects that a worker or another free one has ready."""
+        return {object_id for one in (slot, *self._free) for object_id in self._objects[one]}
+
+    def knows_any(self, object_ids: Collection[str]) -> bool:
+        """Whether a free worker has one of these objects ready."""
+        return any(object_id in self._objects[one] for one in self._free for object_id in object_ids)
 
     def exchange(self, slot: WorkerSlot, object_id: str) -> WorkerSlot:
         """A worker that has worked on an object: the given one, else a free one, else the given one all the same."""

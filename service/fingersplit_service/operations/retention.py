@@ -3,6 +3,7 @@
 import asyncio
 import logging
 import time
+from collections.abc import Callable
 from typing import NoReturn
 
 from fingersplit_service.database.jobs import JobStore
@@ -25,17 +26,29 @@ class Retention:
         objects: The objects.
         storage: Their files.
         settings: How long things are kept.
+        leads: Whether it is for this process to do it.
     """
 
-    def __init__(self, jobs: JobStore, objects: ObjectStore, storage: Storage, settings: ServiceSettings) -> None:
+    def __init__(
+        self,
+        jobs: JobStore,
+        objects: ObjectStore,
+        storage: Storage,
+        settings: ServiceSettings,
+        leads: Callable[[], bool] = lambda: True,
+    ) -> None:
+        self._leads = leads
         self._jobs, self._objects, self._storage, self._settings = jobs, objects, storage, settings
 
     async def run(self) -> NoReturn:
         """A round at once, and then again and again."""
         while True:
             try:
-                await self.sweep(time.time())
-                await self.sweep_orphans(time.time())
+                if self._storage.shared is not None:
+                    await asyncio.to_thread(self._storage.forget_copies)
+                if self._leads():
+                    await self.sweep(time.time())
+                    await self.sweep_orphans(time.time())
             except Exception:
                 _log.exception("Old data could not be deleted.")
             await asyncio.sleep(min(_INTERVAL, self._settings.keep_orphans_s))

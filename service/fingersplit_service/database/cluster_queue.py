@@ -1,0 +1,202 @@
+"""The queue of several machines in PostgreSQL: claims that do not wait for each other, and jobs of silent machines.
+
+The token of whoever runs a job is the number of the attempt together with the agent. Everything that one agent can do
+to another's job goes through `rescue`.
+"""
+
+import time
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from typing import Any
+from uuid import uuid4
+
+import sqlalchemy as sa
+
+from fingersplit_service.database.connection import Database, transaction
+from fingersplit_service.database.queue import QUEUED_AGAIN, JobQueue, claimed, failure
+from fingersplit_service.database.rows import JobRow, job_row
+from fingersplit_service.database.tables import agents, jobs
+
+__all__ = ["Beat", "ClusterQueue", "Rescue"]
+
+_MAX_ABANDONED = 5  # a job under which machines fall silent is not run for ever
+_HEAD_EVERY = 16  # claims, of which one takes the oldest job whether its object is warm or not
+_WINDOW = 200  # jobs of an owner among which one with a warm object may be taken before older ones
+_RESCUE_LOCK = 0x66696E69  # of PostgreSQL, held by the one agent that rescues
+_UNKNOWN_FOR = 3.0  # how long a job may be this agent's in the table before the agent knows of it [s]
+_NOW = sa.cast(sa.func.extract("epoch", sa.func.clock_timestamp()), sa.Float(53))
+
+# The owners with waiting jobs, by jumps through the index instead of reading over the whole queue.
+_OWNERS = sa.text(
+    """
+    WITH RECURSIVE waiting(owner) AS (
+        (SELECT owner FROM jobs WHERE state = 'queued' ORDER BY owner LIMIT 1)
+        UNION ALL
+        SELECT (SELECT jobs.owner FROM jobs WHERE state = 'queued' AND jobs.owner > waiting.owner
+                ORDER BY jobs.owner LIMIT 1)
+        FROM waiting WHERE waiting.owner IS NOT NULL
+    )
+    SELECT owner,
+           (SELECT count(*) FROM jobs WHERE jobs.state = 'running' AND jobs.owner = waiting.owner) AS running,
+           (SELECT max(started_at) FROM jobs WHERE jobs.owner = waiting.owner) AS served
+    FROM waiting WHERE owner IS NOT NULL ORDER BY running, served NULLS FIRST, owner
+    """
+)
+
+
+@dataclass(frozen=True)
+class Beat:
+    """What an agent learns when it gives a sign of life.
+
+    Attributes:
+        known: Whether it still counts as alive; if not, others have taken its jobs.
+        lost: Ids of jobs that it runs and that are not its own any more: cancelled, deleted or taken over.
+        leads: Whether it is the one that does what is done once for all.
+    """
+
+    known: bool
+    lost: Collection[str] = ()
+    leads: bool = False
+
+
+@dataclass(frozen=True)
+class Rescue:
+    """Jobs of machines that fell silent: those that wait again, and those that were given up."""
+
+    queued: Collection[str] = ()
+    failed: Collection[str] = ()
+
+
+class ClusterQueue(JobQueue):
+    """The queue as one of several agents sees it.
+
+    Args:
+        database: Where the jobs are.
+        name: Machine and process, for people.
+        workers: How many jobs this agent runs at once.
+
+    Attributes:
+        agent: Id of this agent; a new one after others have given it up.
+    """
+
+    def __init__(self, database: Database, name: str, workers: int) -> None:
+        super().__init__(database)
+        self.agent = uuid4().hex
+        self._name, self._workers = name, workers
+
+    async def begin(self) -> None:
+        """Register as an agent."""
+        await self.register()
+
+    @transaction
+    def register(self, connection: sa.Connection) -> None:
+        """Become an agent, under a new id."""
+        self.agent = uuid4().hex
+        row = {"id": self.agent, "name": self._name, "workers": self._workers, "started_at": time.time()}
+        connection.execute(sa.insert(agents).values(row | {"beat_at": _NOW}))
+
+    @transaction
+    def leave(self, connection: sa.Connection) -> None:
+        """Stop being an agent; whatever it still runs is taken over at once."""
+        connection.execute(sa.delete(agents).where(agents.c.id == self.agent))
+
+    @transaction
+    def claim(self, connection: sa.Connection, warm: Collection[str] = ()) -> JobRow | None:
+        """Take a job for a worker, counting the attempt before it begins.
+
+        The owner is chosen first: the one with the fewest running jobs, of these the one that was served least
+        recently. Of that owner's jobs of the highest priority one goes first whose object is warm here, but for every
+        sixteenth claim, then the oldest.
+
+        Args:
+            connection: The transaction.
+            warm: Ids of objects that free workers of this agent hold ready.
+        """
+        # What the database's machine forgets of a claim when it loses power is noticed by the agent's next beat.
+        connection.exec_driver_sql("SET LOCAL synchronous_commit TO off")
+        self._claims += 1
+        prefer = warm if self._claims % _HEAD_EVERY else ()
+        for owner, *_ in connection.execute(_OWNERS).all():
+            row = self._claim_of(connection, owner, prefer)
+            if row is not None:
+                self.more = True
+                return job_row(row)
+        self.more = False
+        return None
+
+    def _claim_of(self, connection: sa.Connection, owner: str, warm: Collection[str]) -> Mapping[Any, Any] | None:
+        mine = (jobs.c.state == "queued") & (jobs.c.owner == owner)
+        top = mine & (jobs.c.priority == sa.select(sa.func.max(jobs.c.priority)).where(mine).scalar_subquery())
+        beyond = sa.select(jobs.c.number).where(top).order_by(jobs.c.number).offset(_WINDOW).limit(1).scalar_subquery()
+        near = top & jobs.c.object_id.in_(list(warm)) & (jobs.c.number < sa.func.coalesce(beyond, 2**62))
+        for which in (near, top) if warm else (top,):
+            first = sa.select(jobs.c.number).where(which).order_by(jobs.c.number).limit(1)
+            chosen = first.with_for_update(skip_locked=True).scalar_subquery()
+            taken = {"started_at": time.time(), "runner": self.agent, "stage": None, "progress": None}
+            row = connection.execute(claimed(chosen), taken).mappings().one_or_none()
+            if row is not None:
+                return row
+        return None
+
+    @transaction
+    def beat(self, connection: sa.Connection, running: Mapping[str, tuple[int, str | None, float | None]]) -> Beat:
+        """Give a sign of life, and compare what runs here with the table.
+
+        A job that is this agent's in the table and does not run here, since the answer to its claim was lost, waits
+        again.
+
+        Args:
+            connection: The transaction.
+            running: By job: the attempt, what it does and how much is done.
+        """
+        alive = sa.update(agents).where(agents.c.id == self.agent).values(beat_at=_NOW).returning(agents.c.id)
+        if connection.execute(alive).scalar() is None:
+            return Beat(known=False)
+        mine = (jobs.c.state == "running") & (jobs.c.runner == self.agent)
+        rows = connection.execute(sa.select(jobs.c.id, jobs.c.attempts, jobs.c.started_at).where(mine)).all()
+        table = {row[0]: (row[1], row[2]) for row in rows}
+        before = time.time() - _UNKNOWN_FOR
+        unknown = [one for one, (_, began) in table.items() if one not in running and began < before]
+        if unknown:
+            values = QUEUED_AGAIN | {"runner": None}
+            connection.execute(sa.update(jobs).where(mine, jobs.c.id.in_(unknown)).values(values))
+        told = [
+            {"job": one, "stage": stage, "progress": share}
+            for one, (attempt, stage, share) in running.items()
+            if share is not None and table.get(one, (0, 0.0))[0] == attempt
+        ]
+        if told:
+            values = {"stage": sa.bindparam("at_stage"), "progress": sa.bindparam("share")}
+            update = sa.update(jobs).where(mine, jobs.c.id == sa.bindparam("job")).values(values)
+            rows_of = [{"job": one["job"], "at_stage": one["stage"], "share": one["progress"]} for one in told]
+            connection.execute(update, rows_of)
+        lost = [one for one, (attempt, *_) in running.items() if table.get(one, (0, 0.0))[0] != attempt]
+        first = connection.execute(sa.select(sa.func.min(agents.c.id))).scalar()
+        return Beat(known=True, lost=lost, leads=first == self.agent)
+
+    @transaction
+    def rescue(self, connection: sa.Connection, silence_s: float) -> Rescue:
+        """Take the jobs of agents that gave no sign of life for ``silence_s`` seconds; one agent does it at a time."""
+        lock = sa.select(sa.func.pg_try_advisory_xact_lock(_RESCUE_LOCK))  # of the transaction: poolers keep it, too
+        if not connection.execute(lock).scalar():
+            return Rescue()
+        silent = sa.delete(agents).where(agents.c.beat_at < _NOW - silence_s, agents.c.id != self.agent)
+        connection.execute(silent)
+        alive = sa.select(agents.c.id)
+        left = (jobs.c.state == "running") & (jobs.c.runner.is_(None) | jobs.c.runner.not_in(alive))
+        detail = f"The machine that ran it fell silent {_MAX_ABANDONED} times."
+        again = {"abandoned": jobs.c.abandoned + 1, "runner": None}
+        last = left & (jobs.c.abandoned >= _MAX_ABANDONED - 1)
+        failed = sa.update(jobs).where(last).values(failure("worker_died", detail) | again).returning(jobs.c.id)
+        queued = sa.update(jobs).where(left).values(QUEUED_AGAIN | again).returning(jobs.c.id)
+        given_up = list(connection.execute(failed).scalars())
+        rescued = list(connection.execute(queued).scalars())
+        unverified = jobs.c.verifier.is_not(None) & jobs.c.verifier.not_in(alive)
+        connection.execute(sa.update(jobs).where(jobs.c.verification == "pending", unverified).values(verifier=None))
+        return Rescue(rescued, given_up)
+
+    def _fence(self) -> sa.ColumnElement[bool]:
+        return super()._fence() & (jobs.c.runner == sa.bindparam("agent"))
+
+    def _token(self, job: JobRow) -> dict[str, Any]:
+        return super()._token(job) | {"agent": job.runner}

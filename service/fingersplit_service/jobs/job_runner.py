@@ -1,0 +1,36 @@
+"""Who runs jobs, as the service that accepts them sees it."""
+
+from collections.abc import Collection
+from typing import Protocol
+
+from fingersplit_service.jobs.cluster_notifier import ClusterNotifier
+
+__all__ = ["JobRunner", "OtherMachines"]
+
+
+class JobRunner(Protocol):
+    """Runs the jobs of the table."""
+
+    def wake(self, objects: Collection[str] = ()) -> None:
+        """Say that jobs for these objects were queued."""
+
+    def interrupt(self, job_id: str) -> None:
+        """Free the core of a job that was cancelled."""
+
+
+class OtherMachines:
+    """Jobs run on other machines, which hear of them through the notifier.
+
+    Args:
+        notifier: Where they listen.
+    """
+
+    def __init__(self, notifier: ClusterNotifier) -> None:
+        self._notifier = notifier
+
+    def wake(self, objects: Collection[str] = ()) -> None:
+        """Say that jobs for these objects were queued."""
+        self._notifier.tell_queued(objects)
+
+    def interrupt(self, job_id: str) -> None:
+        """Nothing more: that a job was cancelled was published, and whoever runs it ends it."""
