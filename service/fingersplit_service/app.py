@@ -26,6 +26,7 @@ from fingersplit_service.endpoints import (
     plan,
     scenes,
     sessions,
+    usage,
     views,
 )
 from fingersplit_service.jobs.worker_functions import WorkerFunctions
@@ -51,7 +52,7 @@ __all__ = ["create_app", "create_worker_app"]
 
 _RESOURCES = (
     *(plan, object_lookup, objects, parallel_grasps, jobs, grasps, views, exports),
-    *(scenes, events, outcomes, batches, hands, catalogs, sessions, health),
+    *(scenes, events, outcomes, batches, hands, catalogs, usage, sessions, health),
 )
 _UPLOADS = re.compile(f"{objects.PATH}(/[^/]+/parallel-grasps/import)?")
 _MULTIPART_OVERHEAD = 64 * 1024  # boundaries, part headers, and the other fields [bytes]

@@ -9,13 +9,25 @@ from fingersplit_service.jobs.job_service import JobService
 from fingersplit_service.jobs.object_service import ObjectService
 from fingersplit_service.jobs.outcome_service import OutcomeService
 from fingersplit_service.jobs.result_service import ResultService
+from fingersplit_service.jobs.usage import UsageService
 from fingersplit_service.operations.health import HealthService
 from fingersplit_service.runtime import Runtime
 from fingersplit_service.security.access import Access
 from fingersplit_service.settings import ServiceSettings
 from fingersplit_service.storage import Storage
 
-__all__ = ["Files", "Hands", "Jobs", "KeyAccess", "Objects", "Operations", "Outcomes", "Results", "Settings"]
+__all__ = [
+    "Files",
+    "Hands",
+    "Jobs",
+    "KeyAccess",
+    "Objects",
+    "Operations",
+    "Outcomes",
+    "OwnersUse",
+    "Results",
+    "Settings",
+]
 
 
 # All of them are ``async``: without, each request would wait for a thread.
@@ -60,6 +72,10 @@ async def _storage(request: Request) -> Storage:
     return _runtime(request).storage
 
 
+async def _usage(request: Request) -> UsageService:
+    return _runtime(request).usage
+
+
 Jobs = Annotated[JobService, Depends(_jobs)]
 Objects = Annotated[ObjectService, Depends(_objects)]
 Results = Annotated[ResultService, Depends(_results)]
@@ -69,3 +85,4 @@ Operations = Annotated[HealthService, Depends(_health)]
 KeyAccess = Annotated[Access, Depends(_access)]
 Settings = Annotated[ServiceSettings, Depends(_settings)]
 Files = Annotated[Storage, Depends(_storage)]
+OwnersUse = Annotated[UsageService, Depends(_usage)]

@@ -31,6 +31,7 @@ TAGS = [
     {"name": "batches", "description": "Many jobs in one request."},
     {"name": "hands", "description": "Hands that can be planned for."},
     {"name": "catalogs", "description": "Metrics, file formats and sources of parallel grasps that are known."},
+    {"name": "usage", "description": "What a key uses, and how much it may."},
     {"name": "sessions", "description": "For browsers, which keep a key in a cookie."},
     {"name": "health", "description": "For whoever operates the service."},
 ]

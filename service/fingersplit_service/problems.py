@@ -1,6 +1,8 @@
 """Errors as problem documents (RFC 9457): one stable type for each kind, and how exceptions become them."""
 
 import logging
+import math
+import time
 import zlib
 from enum import Enum
 from typing import Any
@@ -15,6 +17,7 @@ from starlette.routing import Route
 from fingersplit_client.schemas import InvalidField, Problem
 from fingersplit_service.database.connection import StorageUnavailable
 from fingersplit_service.database.jobs import IdempotencyConflict, QueueFull
+from fingersplit_service.database.usage import LimitReached
 from fingersplit_service.jobs import errors
 from fingersplit_service.jobs.notifier import TooManyWaiting
 from fingersplit_service.jobs.slot import DeadlineExceeded, WorkerDied
@@ -56,6 +59,7 @@ class ProblemKind(Enum):
     TOO_MANY_WAITING = ("too-many-waiting", 429, "Too many requests are waiting")
     OVERLOADED = ("overloaded", 503, "The service is overloaded")
     QUEUE_FULL = ("queue-full", 429, "Too many jobs are waiting")
+    LIMIT_REACHED = ("limit-reached", 429, "A limit is reached")
     INTERNAL = ("internal-error", 500, "Internal error")
     NOT_READY = ("not-ready", 503, "The service is not ready")
     STORAGE = ("storage-unavailable", 503, "Storage unavailable")
@@ -213,6 +217,9 @@ def _describe_refusal(error: Exception) -> ProblemError:
             waiting, limit = error.args
             detail = f"{waiting} of your jobs are waiting, and at most {limit} may; try again later."
             return ProblemError(ProblemKind.QUEUE_FULL, detail, retry_after=5, limit=limit)
+        case LimitReached():
+            after = None if error.until is None else max(1, math.ceil(error.until - time.time()))
+            return ProblemError(ProblemKind.LIMIT_REACHED, str(error), retry_after=after, limit=int(error.limit))
         case IdempotencyConflict():
             detail = f"This Idempotency-Key belongs to job {error.args[0]}, which asked for something else."
             return ProblemError(ProblemKind.KEY_REUSED, detail, field="Idempotency-Key")
@@ -230,6 +237,7 @@ _REFUSALS = {
     DiskFull: ProblemKind.STORAGE,
     TooManyWaiting: ProblemKind.TOO_MANY_WAITING,
     QueueFull: ProblemKind.QUEUE_FULL,
+    LimitReached: ProblemKind.LIMIT_REACHED,
     IdempotencyConflict: ProblemKind.KEY_REUSED,
 }
 """What the services behind the endpoints refuse with, and the kind of problem that it is over HTTP."""

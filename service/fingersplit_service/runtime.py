@@ -21,6 +21,7 @@ from fingersplit_service.database.keys import KeyStore
 from fingersplit_service.database.objects import ObjectStore
 from fingersplit_service.database.outcomes import OutcomeStore
 from fingersplit_service.database.queue import JobQueue
+from fingersplit_service.database.usage import Limits, UsageStore
 from fingersplit_service.jobs.agent import Agent
 from fingersplit_service.jobs.cluster_notifier import ClusterNotifier
 from fingersplit_service.jobs.dispatcher import Dispatcher
@@ -32,6 +33,7 @@ from fingersplit_service.jobs.notifier import Notifier
 from fingersplit_service.jobs.object_service import ObjectService
 from fingersplit_service.jobs.outcome_service import OutcomeService
 from fingersplit_service.jobs.result_service import ResultService
+from fingersplit_service.jobs.usage import Meter, UsageService
 from fingersplit_service.jobs.worker_functions import WorkerFunctions
 from fingersplit_service.jobs.worker_pool import WorkerPool
 from fingersplit_service.operations.health import HealthService
@@ -65,6 +67,7 @@ class Runtime:
     access: Access
     storage: Storage
     notifier: Notifier
+    usage: UsageService
 
 
 @asynccontextmanager
@@ -92,10 +95,14 @@ async def running(
         keys = KeyStore(database)
         await refuse_exposure(settings, keys)
         stack.enter_context(tracing(settings.otlp_endpoint))
-        pool = _pool(settings, functions, metrics)
+        meter = Meter()
+        usage = UsageService(UsageStore(database), meter, Limits.of(settings))
+        usage.start()
+        stack.push_async_callback(usage.stop)
+        pool = _pool(settings, functions, metrics, meter)
         stack.push_async_callback(pool.stop)
         object_store, job_store = ObjectStore(database), JobStore(database)
-        parts = _Parts(settings, database, job_store, storage, pool, metrics, functions)
+        parts = _Parts(settings, database, job_store, storage, pool, metrics, functions, meter)
         if not settings.cluster:
             notifier, runner, leads = *await parts.start_alone(stack), lambda: True
         elif role == "serve":
@@ -111,7 +118,7 @@ async def running(
         yield Runtime(
             settings=settings,
             jobs=jobs,
-            objects=ObjectService(object_store, storage, pool, functions, hands, settings),
+            objects=ObjectService(object_store, storage, pool, functions, hands, settings, usage),
             results=results,
             outcomes=OutcomeService(OutcomeStore(database), jobs, results),
             hands=hands,
@@ -119,10 +126,11 @@ async def running(
             access=Access(keys),
             storage=storage,
             notifier=notifier,
+            usage=usage,
         )
 
 
-def _pool(settings: ServiceSettings, functions: WorkerFunctions, metrics: Metrics) -> WorkerPool:
+def _pool(settings: ServiceSettings, functions: WorkerFunctions, metrics: Metrics, meter: Meter) -> WorkerPool:
     return WorkerPool(
         settings.workers,
         spares=settings.spare_workers,
@@ -132,6 +140,7 @@ def _pool(settings: ServiceSettings, functions: WorkerFunctions, metrics: Metric
         warm_deadline_s=settings.warm_deadline_s,
         silence_s=settings.worker_silence_s,
         observe_wait=metrics.answers_waited.observe,
+        measure=meter.measure,
     )
 
 
@@ -146,6 +155,7 @@ class _Parts:
     pool: WorkerPool
     metrics: Metrics
     functions: WorkerFunctions
+    meter: Meter
 
     async def start_alone(self, stack: AsyncExitStack) -> tuple[Notifier, JobRunner]:
         """Everything in this process."""
@@ -186,7 +196,15 @@ class _Parts:
     ) -> tuple[Dispatcher, FollowUps]:
         follow_ups = FollowUps(verified, self.storage, self.pool, notifier, self.functions, self.settings)
         dispatcher = Dispatcher(
-            queue, self.storage, self.pool, notifier, self.metrics, self.settings, self.functions, follow_ups
+            queue,
+            self.storage,
+            self.pool,
+            notifier,
+            self.metrics,
+            self.settings,
+            self.functions,
+            follow_ups,
+            self.meter,
         )
         stack.push_async_callback(dispatcher.stop)
         stack.push_async_callback(self.pool.stop_refilling)

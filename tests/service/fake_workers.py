@@ -8,6 +8,7 @@ import os
 import signal
 import threading
 import time
+from pathlib import Path
 from typing import Any
 
 from fingersplit.errors import FormatError
@@ -96,7 +97,8 @@ def generate(_storage: Storage, _object_id: str, request: ParallelGraspsGenerate
 
 def _go(how: str, storage: Storage, job_id: str) -> None:
     """Note in which process the job has begun, and let it go as its hand says."""
-    begun = storage.root / f"{job_id}.begun"
+    folder = Path(os.environ.get("FAKES_FOLDER", storage.root))
+    begun = folder / f"{job_id}.begun"
     again = begun.exists()
     begun.write_text(str(os.getpid()))
     if how == DIES or (how == DIES_ONCE and not again):
@@ -108,7 +110,7 @@ def _go(how: str, storage: Storage, job_id: str) -> None:
     elif how == TOO_MUCH_MEMORY:
         bytearray(10**15)
     elif how == WAITS:
-        while not (storage.root / "go").exists():
+        while not (folder / "go").exists():
             time.sleep(0.01)
 
 

@@ -24,6 +24,7 @@ __all__ = [
     "insert_missing",
     "reading",
     "transaction",
+    "upsert",
 ]
 
 Params = ParamSpec("Params")
@@ -226,6 +227,15 @@ def insert_missing(connection: sa.Connection, table: sa.Table, row: Mapping[str,
     dialect: Any = sqlite if connection.dialect.name == "sqlite" else postgresql
     insert = dialect.insert(table).values(row).on_conflict_do_nothing(index_elements=unique)
     return bool(connection.execute(insert).rowcount == 1)
+
+
+def upsert(
+    connection: sa.Connection, table: sa.Table, row: Mapping[str, Any], unique: list[str], changes: Mapping[str, Any]
+) -> None:
+    """Insert a row, or change the one with the same values in the columns ``unique``."""
+    dialect: Any = sqlite if connection.dialect.name == "sqlite" else postgresql
+    insert = dialect.insert(table).values(row).on_conflict_do_update(index_elements=unique, set_=changes)
+    connection.execute(insert)
 
 
 def transaction(

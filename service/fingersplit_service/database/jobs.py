@@ -10,6 +10,7 @@ from fingersplit_client.schemas import JobState
 from fingersplit_service.database.connection import Store, accepting, reading, transaction
 from fingersplit_service.database.rows import LISTED_COLUMNS, JobRow, NewJob, job_row, one_job
 from fingersplit_service.database.tables import jobs, objects, results
+from fingersplit_service.database.usage import Limits, count_jobs, refuse_excess
 
 # Statements that every job runs through are built once: building one takes longer than SQLite does to run it.
 _COUNT_WAITING = sa.select(sa.func.count()).where(jobs.c.owner == sa.bindparam("of"), jobs.c.state == "queued")
@@ -74,6 +75,7 @@ class JobStore(Store):
         new: Sequence[NewJob],
         *,
         longest_queue: int,
+        limits: Limits | None = None,
         batch_id: str | None = None,
         idempotency_key: str | None = None,
     ) -> tuple[list[JobRow], bool]:
@@ -84,6 +86,7 @@ class JobStore(Store):
             owner: Whose they are.
             new: The jobs.
             longest_queue: How many jobs of the owner may wait.
+            limits: What else the owner may.
             batch_id: The batch they came in.
             idempotency_key: With it, a second call returns the first one's jobs.
 
@@ -93,6 +96,7 @@ class JobStore(Store):
         Raises:
             UnknownObject: An object is not the owner's.
             QueueFull: Too many jobs of the owner wait.
+            LimitReached: The owner has used what it may.
             IdempotencyConflict: The key was used for something else.
         """
         if connection.dialect.name == "postgresql":  # of one owner one after the other: keys and limits are exact
@@ -106,6 +110,9 @@ class JobStore(Store):
         waiting = connection.execute(_COUNT_WAITING, {"of": owner}).scalar_one()
         if waiting + len(new) > longest_queue:
             raise QueueFull(waiting, longest_queue)
+        if limits is not None:
+            refuse_excess(connection, owner, limits, len(new))
+            count_jobs(connection, owner, len(new))
         now = time.time()
         names = _object_names(connection, owner, new, now)
         shared = {

@@ -40,8 +40,8 @@ class ObjectStore(Store):
     """Objects by owner: the same mesh of two owners is two rows and one file."""
 
     @accepting
-    def add(self, connection: sa.Connection, owner: str, info: ObjectInfo) -> bool:
-        """Keep an object; False when its owner has it already."""
+    def add(self, connection: sa.Connection, owner: str, info: ObjectInfo, size: int = 0) -> bool:
+        """Keep an object whose file has ``size`` bytes; False when its owner has it already."""
         row = {
             "owner": owner,
             "id": info.id,
@@ -49,6 +49,7 @@ class ObjectStore(Store):
             "document": info.model_dump_json(),
             "created_at": info.created_at.timestamp(),
             "used_at": time.time(),
+            "bytes": size,
         }
         if insert_missing(connection, objects, row, ["owner", "id"]):
             return True

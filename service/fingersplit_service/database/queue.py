@@ -126,12 +126,12 @@ class JobQueue(Store):
     @transaction
     def fail(self, connection: sa.Connection, job: JobRow, error: JobError) -> bool:
         """End a running job with the reason; whether it was still running this attempt."""
-        return _move(connection, self._attempt(job), failure(error.code, error.detail))
+        return self._move(connection, job, failure(error.code, error.detail))
 
     @transaction
     def requeue(self, connection: sa.Connection, job: JobRow) -> bool:
         """Queue a running job again that was stopped for no fault of its own; whether it was still running."""
-        return _move(connection, self._attempt(job), QUEUED_AGAIN)
+        return self._move(connection, job, QUEUED_AGAIN)
 
     @transaction
     def count_worker_death(self, connection: sa.Connection, job: JobRow) -> Literal["queued", "failed"] | None:
@@ -142,10 +142,9 @@ class JobQueue(Store):
         """
         deaths = jobs.c.worker_deaths + 1
         failed = failure("worker_died", f"Its worker process died {_MAX_WORKER_DEATHS} times while running it.")
-        last = self._attempt(job) & (deaths >= _MAX_WORKER_DEATHS)
-        if _move(connection, last, failed | {"worker_deaths": deaths}):
+        if self._move(connection, job, failed | {"worker_deaths": deaths}, deaths >= _MAX_WORKER_DEATHS):
             return "failed"
-        queued = _move(connection, self._attempt(job), QUEUED_AGAIN | {"worker_deaths": deaths})
+        queued = self._move(connection, job, QUEUED_AGAIN | {"worker_deaths": deaths})
         return "queued" if queued else None
 
     @transaction
@@ -167,14 +166,16 @@ class JobQueue(Store):
     def _token(self, job: JobRow) -> dict[str, Any]:
         return {"job_id": job.id, "attempt": job.attempts}
 
-    def _attempt(self, job: JobRow) -> sa.ColumnElement[bool]:
-        """The job while it runs this attempt."""
-        return self._fence().params(self._token(job))
-
-
-def _move(connection: sa.Connection, which: sa.ColumnElement[bool], changes: dict[str, Any]) -> bool:
-    """Change one job; whether there was one."""
-    return connection.execute(sa.update(jobs).where(which).values(changes)).rowcount == 1
+    def _move(
+        self,
+        connection: sa.Connection,
+        job: JobRow,
+        changes: dict[str, Any],
+        when: Any = None,
+    ) -> bool:
+        """Change a job while it runs this attempt; whether it did."""
+        which = self._fence() if when is None else self._fence() & when
+        return connection.execute(sa.update(jobs).where(which).values(changes), self._token(job)).rowcount == 1
 
 
 def failure(code: str, detail: str) -> dict[str, Any]:

@@ -24,7 +24,11 @@ router = APIRouter(tags=["batches"])
     status_code=202,
     summary="Queue many jobs",
     responses=problem_answers(
-        ProblemKind.INVALID_REQUEST, ProblemKind.KEY_REUSED, ProblemKind.QUEUE_FULL, ProblemKind.NOT_READY
+        ProblemKind.INVALID_REQUEST,
+        ProblemKind.KEY_REUSED,
+        ProblemKind.QUEUE_FULL,
+        ProblemKind.LIMIT_REACHED,
+        ProblemKind.NOT_READY,
     ),
 )
 async def create_batch(

@@ -62,7 +62,11 @@ _NOT_ENDED: dict[int | str, dict[str, Any]] = {
     summary="Queue a job",
     responses=_ENDED
     | problem_answers(
-        ProblemKind.INVALID_REQUEST, ProblemKind.KEY_REUSED, ProblemKind.QUEUE_FULL, ProblemKind.NOT_READY
+        ProblemKind.INVALID_REQUEST,
+        ProblemKind.KEY_REUSED,
+        ProblemKind.QUEUE_FULL,
+        ProblemKind.LIMIT_REACHED,
+        ProblemKind.NOT_READY,
     ),
 )
 async def create_job(

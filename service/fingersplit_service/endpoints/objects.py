@@ -91,6 +91,7 @@ _PROBLEMS = problem_answers(ProblemKind.NOT_FOUND, ProblemKind.INVALID_REQUEST)
         ProblemKind.UNKNOWN_FORMAT,
         ProblemKind.INVALID_REQUEST,
         ProblemKind.INVALID_MESH,
+        ProblemKind.LIMIT_REACHED,
     ),
     dependencies=[Depends(ExactForm())],
 )

@@ -33,7 +33,11 @@ SetId = Annotated[str, Path(description="Id of a set.", max_length=64, pattern=I
     status_code=201,
     summary="Have parallel grasps found",
     responses=problem_answers(
-        ProblemKind.NOT_FOUND, ProblemKind.INVALID_REQUEST, ProblemKind.NOT_READY, ProblemKind.WORKER_FAILED
+        ProblemKind.NOT_FOUND,
+        ProblemKind.INVALID_REQUEST,
+        ProblemKind.LIMIT_REACHED,
+        ProblemKind.NOT_READY,
+        ProblemKind.WORKER_FAILED,
     ),
 )
 async def generate_parallel_grasps(

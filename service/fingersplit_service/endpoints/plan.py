@@ -103,6 +103,7 @@ _NOT_ENDED: dict[int | str, dict[str, Any]] = {
         ProblemKind.UNKNOWN_FORMAT,
         ProblemKind.KEY_REUSED,
         ProblemKind.QUEUE_FULL,
+        ProblemKind.LIMIT_REACHED,
         ProblemKind.TOO_MANY_WAITING,
         ProblemKind.NOT_READY,
     ),

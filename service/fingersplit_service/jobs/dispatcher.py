@@ -20,6 +20,7 @@ from fingersplit_service.jobs.notifier import Notifier, Progress
 from fingersplit_service.jobs.outcome import JobOutcome
 from fingersplit_service.jobs.planning import PlanTask
 from fingersplit_service.jobs.rendering import RenderTask, render_in_advance
+from fingersplit_service.jobs.usage import Meter
 from fingersplit_service.jobs.worker import Report
 from fingersplit_service.jobs.worker_functions import WorkerFunctions
 from fingersplit_service.jobs.worker_pool import DeadlineExceeded, WorkerDied, WorkerLease, WorkerPool
@@ -51,6 +52,7 @@ class Dispatcher:
         settings: Number of workers and times.
         functions: What workers run for a job.
         follow_ups: Who verifies the first grasp of a run behind its answer.
+        meter: Counts what workers use.
     """
 
     def __init__(
@@ -63,10 +65,11 @@ class Dispatcher:
         settings: ServiceSettings,
         functions: WorkerFunctions,
         follow_ups: FollowUps,
+        meter: Meter,
     ) -> None:
         self._queue, self._storage, self._pool, self._notifier = queue, storage, pool, notifier
         self._metrics, self._settings, self._functions = metrics, settings, functions
-        self._follow_ups = follow_ups
+        self._follow_ups, self._meter = follow_ups, meter
         self._runners = list[asyncio.Task[NoReturn]]()
         self._running: dict[tuple[str, int], WorkerLease | None] = {}  # by id and attempt; None once the worker is free
         self._unseen, self._idle = asyncio.Semaphore(0), asyncio.Event()
@@ -136,7 +139,8 @@ class Dispatcher:
                     return
                 lease.prefer(job.object_id)
                 stack.enter_context(self._marked_as_running(job, lease))
-                write_end = await self._attempt(lease, job)
+                with self._meter.measure(job.owner, lease.worker):
+                    write_end = await self._attempt(lease, job)
                 self._running[job.id, job.attempts] = None
             await write_end()
 

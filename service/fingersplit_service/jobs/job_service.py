@@ -11,6 +11,7 @@ from fingersplit_client.schemas import JobCreate, JobState
 from fingersplit_service.database.jobs import JobFilter, JobStore, UnknownObject
 from fingersplit_service.database.objects import ObjectStore
 from fingersplit_service.database.rows import JobRow, NewJob
+from fingersplit_service.database.usage import Limits
 from fingersplit_service.jobs.errors import InvalidField, NotFound
 from fingersplit_service.jobs.hand_catalog import HandCatalog
 from fingersplit_service.jobs.job_requests import new_job
@@ -75,6 +76,7 @@ class JobService:
     ) -> None:
         self._jobs, self._objects, self._hands, self._runner = jobs, objects, hands, runner
         self._notifier, self._storage, self._metrics, self._settings = notifier, storage, metrics, settings
+        self._limits = Limits.of(settings)
 
     async def submit(
         self, owner: str, request: JobCreate, *, idempotency_key: str | None = None, wait_s: float = 0.0
@@ -88,7 +90,7 @@ class JobService:
             wait_s: How long to wait for its end [s].
 
         Raises:
-            InvalidField, QueueFull, IdempotencyConflict, WorkersNotReady: It is not accepted.
+            InvalidField, QueueFull, LimitReached, IdempotencyConflict, WorkersNotReady: It is not accepted.
         """
         new = await new_job(self._objects, self._hands, owner, request)
         if not wait_s:
@@ -234,6 +236,7 @@ class JobService:
                 owner,
                 new,
                 longest_queue=self._settings.max_queued_jobs,
+                limits=self._limits,
                 batch_id=batch_id,
                 idempotency_key=idempotency_key,
             )

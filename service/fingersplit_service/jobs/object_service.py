@@ -24,6 +24,7 @@ from fingersplit_service.database.objects import ObjectStore, StoredObject
 from fingersplit_service.jobs.errors import InvalidField, InvalidFile, NotFound, ObjectInUse, ResourceGone
 from fingersplit_service.jobs.hand_catalog import HandCatalog
 from fingersplit_service.jobs.job_requests import check_grasps, check_hand, check_source
+from fingersplit_service.jobs.usage import UsageService
 from fingersplit_service.jobs.worker_functions import GraspFile, Upload, ViewUpload, WorkerFunctions
 from fingersplit_service.jobs.worker_pool import DeadlineExceeded, WorkerDied, WorkerPool
 from fingersplit_service.settings import ServiceSettings
@@ -46,6 +47,7 @@ class ObjectService:
         functions: What workers run.
         hands: The hands that are known.
         settings: Deadlines.
+        usage: What owners may.
     """
 
     def __init__(
@@ -56,7 +58,9 @@ class ObjectService:
         functions: WorkerFunctions,
         hands: HandCatalog,
         settings: ServiceSettings,
+        usage: UsageService,
     ) -> None:
+        self._usage = usage
         self._objects, self._storage, self._pool = objects, storage, pool
         self._functions, self._hands, self._settings = functions, hands, settings
 
@@ -74,12 +78,15 @@ class ObjectService:
         Raises:
             InvalidField: An option does not fit the file.
             InvalidFile: It holds no graspable object.
+            LimitReached: The owner has used what it may.
         """
+        await self._usage.admit(owner)
         for _ in range(_CLAIMS):
             found = await self._inspect(owner, upload)
             info = ObjectInfo(name=name or file_name, unit=upload.unit, created_at=datetime.now(UTC), **found)
-            fresh = await self._objects.add(owner, info)
-            if await asyncio.to_thread(self._storage.exists, self._storage.shape(info.id)):
+            shape = self._storage.shape(info.id)
+            fresh = await self._objects.add(owner, info, shape.stat().st_size if shape.exists() else 0)
+            if await asyncio.to_thread(self._storage.exists, shape):
                 break
         else:
             raise ResourceGone(f"The file of object {info.id} was removed by clean-up; upload it again.")
@@ -167,10 +174,12 @@ class ObjectService:
         Raises:
             NotFound: The owner has no such object.
             InvalidField: Unknown hand, or settings with which nothing can be found.
+            LimitReached: The owner has used what it may.
         """
         await self._document(owner, object_id)
         check_hand(self._hands, request.hand)
         check_source(self._hands, request.source)
+        await self._usage.admit(owner)
         try:
             found = await self._pool.answer(
                 owner,

@@ -29,6 +29,7 @@ ReportHandler = Callable[[Report], None]
 EndReason = Literal["died", "killed", "grown", "stopped"]
 
 _PAGE = os.sysconf("SC_PAGE_SIZE")
+_TICKS = os.sysconf("SC_CLK_TCK")
 _ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"), "1")
 _WORKER_ENVIRONMENT = _ONE_THREAD | {"MUJOCO_GL": "disable"}  # nothing is drawn with OpenGL
 
@@ -76,6 +77,15 @@ class WorkerSlot:
             return int(Path(f"/proc/{self._pid}/statm").read_text().split()[1]) * _PAGE
         except (OSError, IndexError):
             return 0
+
+    @property
+    def cpu_s(self) -> float | None:
+        """CPU time of the process so far [s]; None where the system does not say."""
+        try:
+            fields = Path(f"/proc/{self._pid}/stat").read_text().rpartition(")")[2].split()
+        except (OSError, IndexError):
+            return None
+        return (int(fields[11]) + int(fields[12])) / _TICKS
 
     @property
     def is_stopped(self) -> bool:

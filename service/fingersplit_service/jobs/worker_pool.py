@@ -5,7 +5,7 @@ import logging
 import time
 from collections import OrderedDict, deque
 from collections.abc import AsyncIterator, Callable, Collection
-from contextlib import asynccontextmanager
+from contextlib import AbstractContextManager, asynccontextmanager, nullcontext
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
@@ -73,6 +73,7 @@ class WorkerPool:
         warm_deadline_s: Its longest time [s].
         silence_s: A process that the system reports as stopped for so long is killed [s].
         observe_wait: Called with the time that each answer waited for a worker [s].
+        measure: Counts what a worker uses for the owner of an answer.
 
     Attributes:
         warm_up: What ``warm`` returned last; None until the first worker is warm.
@@ -90,8 +91,10 @@ class WorkerPool:
         warm_deadline_s: float,
         silence_s: float = 5.0,
         observe_wait: Callable[[float], object] = bool,
+        measure: Callable[[str, WorkerSlot], AbstractContextManager[None]] = lambda _owner, _slot: nullcontext(),
     ) -> None:
         self.warm_up: WarmUpReport | None = None
+        self._measure = measure
         self.restarts = {"died": 0, "killed": 0, "grown": 0, "stopped": 0}
         self._warm, self._warm_deadline_s, self._recycle_bytes = warm, warm_deadline_s, recycle_bytes
         self._workers, self._silence_s, self._observe_wait = workers, silence_s, observe_wait
@@ -183,7 +186,8 @@ class WorkerPool:
             self._observe_wait(time.monotonic() - began)
             if object_id is not None:
                 lease.prefer(object_id)
-            return await lease.worker.run(function, *arguments, deadline_s=deadline_s)
+            with self._measure(owner, lease.worker):
+                return await lease.worker.run(function, *arguments, deadline_s=deadline_s)
 
     def run_idly(self, function: Callable[..., Any], *arguments: Any, deadline_s: float) -> None:
         """Have something done that nobody waits for, such as work in advance; it may also never be done.

@@ -69,6 +69,7 @@ from fingersplit_client.schemas.resources import (
     SessionInfo,
     ViewedScene,
 )
+from fingersplit_client.schemas.usage import Usage, UsedAmount
 from fingersplit_client.schemas.verification import (
     Verification,
     VerificationGrip,
@@ -144,6 +145,8 @@ __all__ = [
     "SourceName",
     "Termination",
     "Unit",
+    "Usage",
+    "UsedAmount",
     "Vector3",
     "Verification",
     "VerificationGrip",

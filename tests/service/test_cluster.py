@@ -1,0 +1,231 @@
+"""Several machines on one PostgreSQL and one object store: any replica answers for any job, and none is lost."""
+
+import asyncio
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+
+import anyio
+import httpx2
+import pytest
+from conftest import PATIENCE, cube_file, started_cluster
+from fake_workers import FINE, HANGS, HANGS_ONCE, WAITS
+from test_faults import SERVER, children, wait_until
+from test_store import OBJECT, JobStore, ObjectStore
+from test_waiting import events_of
+
+from fingersplit_service.database.cluster_queue import ClusterQueue
+from fingersplit_service.database.connection import Database, database_url
+from fingersplit_service.database.rows import NewJob
+from fingersplit_service.jobs.outcome import JobResultRow
+
+FOUND = JobResultRow(result="[1]", grasps=1, feasible=1, verified=0, holding_margin=0.5)
+
+
+@pytest.fixture(scope="module")
+async def two(postgresql, tmp_path_factory, anyio_backend):
+    """Two replicas and two agents."""
+    folder = tmp_path_factory.mktemp("two")
+    async with started_cluster(folder, postgresql(), replicas=2, agents=2) as apis:
+        yield apis
+
+
+@pytest.mark.anyio
+async def test_any_replica_answers_for_any_job(two):
+    here, there = two
+    here.hold()
+    job_id = await here.queue(WAITS)
+    waiting = asyncio.create_task(there.http.get(f"/v1/jobs/{job_id}", headers={"Prefer": f"wait={PATIENCE}"}))
+    following = asyncio.create_task(there.http.get(f"/v1/jobs/{job_id}/events"))
+    await here.begun(job_id)
+    here.go()
+    assert (await waiting).json()["state"] == "succeeded"
+    states = [name for _, name, _ in events_of((await following).text)]
+    assert (states[0], states[-1]) == ("queued", "succeeded")
+    for api in two:
+        picture = await api.http.get(f"/v1/jobs/{job_id}/grasps/1/picture.png")
+        assert picture.status_code == 200
+        assert (await api.http.get(f"/v1/objects/{await here.object_id()}/mesh")).status_code == 200
+
+
+@pytest.mark.anyio
+async def test_a_job_is_cancelled_by_the_other_replica(two):
+    here, there = two
+    job_id = await here.queue(HANGS)
+    await here.begun(job_id)
+    assert (await there.http.post(f"/v1/jobs/{job_id}/cancel")).json()["state"] == "cancelled"
+    assert (await here.ended(await here.queue(FINE)))["state"] == "succeeded"
+
+
+@pytest.mark.anyio
+async def test_one_key_at_two_replicas_is_one_job(two):
+    body, headers = {"object_id": await two[0].object_id(), "hand": FINE}, {"Idempotency-Key": "two-replicas"}
+    calls = [api.http.post("/v1/jobs", json=body, headers=headers) for api in two for _ in range(4)]
+    answers = await asyncio.gather(*calls)
+    assert {answer.status_code for answer in answers} <= {200, 202}
+    assert len({answer.json()["id"] for answer in answers}) == 1
+
+
+@pytest.mark.anyio
+async def test_characters_that_cannot_be_stored_are_refused(two):
+    for path in ("/v1/jobs?object_name=%00", "/v1/jobs?hand=%00"):
+        assert (await two[0].http.get(path)).status_code == 422
+
+
+@pytest.mark.anyio
+async def test_without_notifications_the_table_is_looked_at(postgresql, tmp_path, monkeypatch):
+    """As behind a pooler that shares sessions: what is sent on one arrives nowhere."""
+    monkeypatch.setattr("fingersplit_service.jobs.cluster_notifier._SEND", "SELECT %s::text, %s::text[]")
+    async with started_cluster(tmp_path, postgresql()) as (api,):
+        body = {"object_id": await api.object_id(), "hand": FINE}
+        answer = await api.http.post("/v1/jobs", json=body, headers={"Prefer": f"wait={PATIENCE}"})
+        assert answer.json()["state"] == "succeeded"
+        hanging = await api.queue(HANGS)
+        await api.begun(hanging)
+        with anyio.fail_after(PATIENCE):
+            while (await api.job(hanging))["stage"] != "splitting":
+                await anyio.sleep(0.05)
+        following = asyncio.create_task(api.http.get(f"/v1/jobs/{hanging}/events"))
+        assert (await api.http.post(f"/v1/jobs/{hanging}/cancel")).json()["state"] == "cancelled"
+        assert events_of((await following).text)[-1][1] == "cancelled"
+        assert (await api.ended(await api.queue(FINE)))["state"] == "succeeded"
+
+
+@contextmanager
+def machine(folder: Path, name: str, database: str, port: int, *role: str) -> Iterator[subprocess.Popen]:
+    """A replica or an agent in a process group of its own."""
+    environment = os.environ | {
+        "FINGERSPLIT_DATABASE_URL": database,
+        "FINGERSPLIT_STORAGE_URL": f"file://{folder}/shared",
+        "FAKES_FOLDER": str(folder),
+    }
+    command = [sys.executable, str(SERVER), str(folder / name), str(port), *role]
+    process = subprocess.Popen(command, env=environment, start_new_session=True)
+    try:
+        yield process
+    finally:
+        for signal_number in (signal.SIGCONT, signal.SIGKILL):
+            if process.poll() is None:
+                os.killpg(process.pid, signal_number)
+        process.wait()
+
+
+def ready(process: subprocess.Popen, port: int) -> None:
+    def answers() -> bool:
+        assert process.poll() is None
+        try:
+            return httpx2.get(f"http://127.0.0.1:{port}/readyz").status_code == 200
+        except httpx2.TransportError:
+            return False
+
+    wait_until(answers)
+
+
+@pytest.fixture
+def ports(free_ports) -> list[int]:
+    return free_ports(3)
+
+
+@pytest.mark.parametrize("death", [signal.SIGKILL, signal.SIGSTOP])
+def test_jobs_of_a_machine_that_died_or_was_stopped_are_taken_over(postgresql, tmp_path, ports, death):
+    database = postgresql()
+    with ExitStack() as stack:
+        first = stack.enter_context(machine(tmp_path, "first", database, ports[0], "work"))
+        replica = stack.enter_context(machine(tmp_path, "replica", database, ports[1]))
+        ready(first, ports[0])
+        ready(replica, ports[1])
+        http = stack.enter_context(httpx2.Client(base_url=f"http://127.0.0.1:{ports[1]}", timeout=PATIENCE))
+        files = {"file": ("c.off", cube_file(5))}
+        object_id = http.post("/v1/objects", files=files, data={"unit": "cm"}).json()["id"]
+        body = {"object_id": object_id, "hand": HANGS_ONCE}
+        jobs = [http.post("/v1/jobs", json=body).json()["id"] for _ in range(2)]
+        wait_until(lambda: len(list(tmp_path.glob("*.begun"))) == 2)
+        second = stack.enter_context(machine(tmp_path, "second", database, ports[2], "work"))
+        ready(second, ports[2])
+        if death == signal.SIGKILL:
+            os.killpg(first.pid, death)
+        else:
+            os.kill(first.pid, death)
+        for job_id in jobs:
+            job = http.get(f"/v1/jobs/{job_id}", headers={"Prefer": f"wait={PATIENCE}"}).json()
+            assert (job["state"], job["attempts"]) == ("succeeded", 2)
+        if death == signal.SIGSTOP:
+            mine = children(first.pid)
+            os.kill(first.pid, signal.SIGCONT)
+            wait_until(lambda: not set(mine) <= set(children(first.pid)))  # it noticed, and ended what it ran
+            assert [http.get(f"/v1/jobs/{job_id}").json()["attempts"] for job_id in jobs] == [2, 2]
+
+
+@pytest.mark.anyio
+async def test_a_silent_agent_cannot_write_when_it_wakes(postgresql, tmp_path):
+    database = Database(database_url(postgresql(), tmp_path))
+    try:
+        await ObjectStore(database).add("me", OBJECT)
+        new = [NewJob(f"job{number}", "cube", "barrett", 0, None, "{}", "") for number in range(2)]
+        await JobStore(database).add("me", new, longest_queue=10)
+        first, second = ClusterQueue(database, "first", 1), ClusterQueue(database, "second", 1)
+        await first.begin()
+        await second.begin()
+        mine = await first.claim()
+        assert (await second.rescue(60)).queued == []
+        await second.beat({})
+        with database.engine.begin() as connection:
+            connection.exec_driver_sql(f"UPDATE agents SET beat_at = beat_at - 100 WHERE id = '{first.agent}'")
+        assert (await second.rescue(60)).queued == [mine.id]
+        again = await second.claim()
+        assert (again.id, again.attempts) == (mine.id, 2)
+        assert not (await first.beat({mine.id: (mine.attempts, None, None)})).known
+        assert await first.succeed(mine, FOUND) is None
+        await first.register()
+        lost = (await first.beat({mine.id: (mine.attempts, None, None)})).lost
+        assert list(lost) == [mine.id]
+        assert await second.succeed(again, FOUND)
+    finally:
+        database.close()
+
+
+@pytest.mark.anyio
+async def test_a_claim_whose_answer_was_lost_waits_again(postgresql, tmp_path, monkeypatch):
+    monkeypatch.setattr("fingersplit_service.database.cluster_queue._UNKNOWN_FOR", -1.0)
+    database = Database(database_url(postgresql(), tmp_path))
+    try:
+        await ObjectStore(database).add("me", OBJECT)
+        await JobStore(database).add("me", [NewJob("job", "cube", "barrett", 0, None, "{}", "")], longest_queue=10)
+        queue = ClusterQueue(database, "this", 1)
+        await queue.begin()
+        assert (await queue.claim()).attempts == 1
+        await queue.beat({})
+        assert (await queue.claim()).attempts == 2
+    finally:
+        database.close()
+
+
+@pytest.mark.anyio
+async def test_warm_objects_are_preferred_and_nothing_is_starved(postgresql, tmp_path):
+    database = Database(database_url(postgresql(), tmp_path))
+    try:
+        objects = ObjectStore(database)
+        for name in ("cube", "other"):
+            await objects.add("me", OBJECT.model_copy(update={"id": name}))
+        cold = NewJob("cold", "cube", "barrett", 0, None, "{}", "")
+        warm = [NewJob(f"warm{number}", "other", "barrett", 0, None, "{}", "") for number in range(40)]
+        await JobStore(database).add("me", [cold, *warm], longest_queue=100)
+        queue = ClusterQueue(database, "this", 1)
+        await queue.begin()
+        claimed = [(await queue.claim({"other"})).id for _ in range(16)]
+        assert "cold" not in claimed[:15]
+        assert claimed[15] == "cold"
+    finally:
+        database.close()
+
+
+def test_a_worker_needs_what_it_shares(service_environment, tmp_path):
+    program = "from fingersplit_service.cli import worker; import typer; typer.run(worker)"
+    command = [sys.executable, "-c", program, "--data-dir", str(tmp_path)]
+    ended = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE, check=False)
+    assert ended.returncode == 2
+    assert "FINGERSPLIT_STORAGE_URL" in ended.stderr
