@@ -92,7 +92,15 @@ class HandError(FingersplitError):
 
 
 class ParallelGraspError(FingersplitError):
-    """Two contacts and an approach that describe no parallel grasp."""
+    """Two contacts and an approach that describe no parallel grasp.
+
+    Attributes:
+        index: Place of the grasp among those that were given, from 0; None where it is not known.
+    """
+
+    def __init__(self, message: str, index: int | None = None) -> None:
+        super().__init__(message)
+        self.index = index
 
 
 class SettingsError(FingersplitError):

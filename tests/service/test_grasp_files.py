@@ -6,9 +6,10 @@ import json
 import httpx2
 import numpy as np
 import pytest
-from fake_workers import FINE
+from fake_workers import FINE, FUNCTIONS, accept
 
 from fingersplit_client.schemas import ImportedGraspSet
+from fingersplit_service.jobs.worker_functions import check_touching
 
 pytestmark = pytest.mark.anyio
 
@@ -97,3 +98,33 @@ async def test_files_of_grasps_are_limited_as_uploads_are(api):
     assert (await send(api, bytes(2_000_000), "zeros.npy")).status_code == 413
     path = "/v1/objects/nothing/parallel-grasps/import"
     assert (await api.http.post(path, files={"file": ("a.npy", graspnet(1))})).status_code == 404
+
+
+@pytest.fixture
+def checking():
+    """Workers that look whether given grasps touch the object, as the real ones do."""
+    object.__setattr__(FUNCTIONS, "check_touching", check_touching)
+    yield
+    object.__setattr__(FUNCTIONS, "check_touching", accept)
+
+
+async def test_grasps_off_the_surface_are_refused_when_they_arrive(api, checking):
+    object_id = await api.object_id()
+    off = {**ACROSS, "contacts": [[0.0, 0.025, 0.025], [0.07, 0.025, 0.025]]}
+    job = {"object_id": object_id, "parallel_grasps": [ACROSS, off], "hand": FINE}
+    batch = {"jobs": [{"object_id": object_id, "hand": FINE}, job]}
+    for path, body, field in (
+        ("/v1/jobs", job, "/parallel_grasps/1"),
+        ("/v1/plan", job, "/parallel_grasps/1"),
+        ("/v1/batches", batch, "/jobs/1/parallel_grasps/1"),
+        (f"/v1/objects/{object_id}/parallel-grasps", {"parallel_grasps": [off]}, "/parallel_grasps/0"),
+    ):
+        answer = await api.http.post(path, json=body)
+        assert answer.status_code == 422, answer.text
+        (fault,) = answer.json()["errors"]
+        assert fault["field"] == field
+        assert "lies 20.0 mm from the surface; allowed: 5 mm" in fault["detail"]
+    accepted = await api.http.post("/v1/jobs", json=job | {"parallel_grasps": [ACROSS]})
+    assert accepted.status_code == 202
+    unknown = await api.http.post("/v1/jobs", json=job | {"object_id": "none"})
+    assert unknown.json()["errors"][0]["field"] == "/object_id"

@@ -7,10 +7,10 @@ from time import perf_counter
 import numpy as np
 
 from fingersplit.contacts.friction import planned_friction
-from fingersplit.errors import ParallelGraspError, SettingsError
+from fingersplit.errors import SettingsError
 from fingersplit.hands.hand import Hand
 from fingersplit.objects.model import ObjectModel
-from fingersplit.objects.surface_kernel import closest
+from fingersplit.parallel_grasps.on_surface import check_on_surface
 from fingersplit.parallel_grasps.parallel_grasp import ParallelGrasp
 from fingersplit.planning.final_checks import check_finally
 from fingersplit.planning.finding import allowed_starts, find_starts
@@ -26,8 +26,6 @@ from fingersplit.threads import Progress
 
 __all__ = ["Search", "find_grasps"]
 
-MAX_CONTACT = 5e-3
-"""Most that a given contact may lie off the surface [m]."""
 ATTEMPTS, MORE_STARTS = 3, 3
 """A request with a scene is tried again when nothing is feasible, so often in all, each time with more starts."""
 
@@ -98,7 +96,7 @@ def find_grasps(
     constraints = constraints or Constraints()
     hand = attach_bodies(hand, constraints.end_effector.attached_bodies)
     if parallel_grasps is not None:
-        _check_contacts(model, parallel_grasps)
+        check_on_surface(model, parallel_grasps)
 
     def search(scene: PreparedScene, count: int, seeds: int | list[int], watch: _Watch, report: Progress) -> _Found:
         report("parallel_grasps", 0.0)
@@ -166,19 +164,6 @@ def _check(*, starts: int, top_k: int, threads: int, seed: int) -> None:
     for name, value, least in (("starts", starts, 1), ("top_k", top_k, 1), ("threads", threads, 1), ("seed", seed, 0)):
         if value < least:
             raise SettingsError(f"{name} is {value}; it must be at least {least}.")
-
-
-def _check_contacts(model: ObjectModel, grasps: Sequence[ParallelGrasp]) -> None:
-    for number, grasp in enumerate(grasps, 1):
-        for contact in grasp.contacts:
-            _, point, _ = closest(model.surface, tuple(contact), -1)
-            distance = float(np.linalg.norm(contact - point))
-            if distance > MAX_CONTACT:
-                raise ParallelGraspError(
-                    f"Contact {contact.tolist()} of parallel grasp {number} lies {1e3 * distance:.1f} mm from the "
-                    f"surface; allowed: {1e3 * MAX_CONTACT:g} mm. Give points on it, in the object frame, "
-                    f"in metres."
-                )
 
 
 class _Watch:

@@ -6,9 +6,9 @@ from typing import Annotated
 from fastapi import APIRouter, Path, Response
 
 from fingersplit_client.schemas import Batch, BatchCreate, JobState
-from fingersplit_service.dependencies import Jobs
+from fingersplit_service.dependencies import Jobs, Objects
 from fingersplit_service.endpoints.documents import ID_PATTERN
-from fingersplit_service.endpoints.job_requests import IdempotencyKey
+from fingersplit_service.endpoints.job_requests import IdempotencyKey, refuse_untouching
 from fingersplit_service.problems import ProblemKind, problem_answers
 from fingersplit_service.security.access import Planner, Reader
 
@@ -32,9 +32,16 @@ router = APIRouter(tags=["batches"])
     ),
 )
 async def create_batch(
-    jobs: Jobs, principal: Planner, asked: BatchCreate, response: Response, idempotency_key: IdempotencyKey = None
+    jobs: Jobs,
+    objects: Objects,
+    principal: Planner,
+    asked: BatchCreate,
+    response: Response,
+    idempotency_key: IdempotencyKey = None,
 ) -> Batch:
     """Ask for many plans. All jobs are accepted, or none is; the answer comes once they are on disk."""
+    for index, job in enumerate(asked.jobs):
+        await refuse_untouching(objects, principal, job, f"/jobs/{index}")
     batch_id, rows, fresh = await jobs.submit_batch(principal.owner, asked.jobs, idempotency_key=idempotency_key)
     response.headers["Location"] = f"{PATH}/{batch_id}"
     if not fresh:

@@ -1,11 +1,17 @@
-"""Headers that requests for jobs have in common."""
+"""What requests for jobs have in common: headers, and grasps that must touch their object."""
 
 import math
+from contextlib import suppress
 from typing import Annotated
 
 from fastapi import Header
 
-__all__ = ["IdempotencyKey", "Prefer", "preference_applied", "wait_seconds"]
+from fingersplit_client.schemas import JobCreate
+from fingersplit_service.jobs.errors import NotFound
+from fingersplit_service.jobs.object_service import ObjectService
+from fingersplit_service.security.access import Principal
+
+__all__ = ["IdempotencyKey", "Prefer", "preference_applied", "refuse_untouching", "wait_seconds"]
 
 IdempotencyKey = Annotated[
     str | None,
@@ -38,3 +44,14 @@ def wait_seconds(prefer: str | None, most: float) -> float:
 def preference_applied(seconds: float) -> dict[str, str]:
     """The header that says how long the answer was willing to wait."""
     return {"Preference-Applied": f"wait={seconds:g}"} if seconds else {}
+
+
+async def refuse_untouching(objects: ObjectService, principal: Principal, request: JobCreate, prefix: str = "") -> None:
+    """Refuse a job whose parallel grasps do not touch its object; that there is no such object is told elsewhere.
+
+    Raises:
+        InvalidField: A grasp lies off the surface; the field says which.
+    """
+    if request.parallel_grasps:
+        with suppress(NotFound):
+            await objects.check_touching(principal.owner, request.object_id, request.parallel_grasps, prefix)

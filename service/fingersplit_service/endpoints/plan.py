@@ -17,7 +17,13 @@ from fingersplit_client.schemas.objects import Density, Fairing, Friction, Mass
 from fingersplit_service.dependencies import Files, Jobs, Objects, Settings
 from fingersplit_service.endpoints.documents import job_document, json_response
 from fingersplit_service.endpoints.forms import ExactForm
-from fingersplit_service.endpoints.job_requests import IdempotencyKey, Prefer, preference_applied, wait_seconds
+from fingersplit_service.endpoints.job_requests import (
+    IdempotencyKey,
+    Prefer,
+    preference_applied,
+    refuse_untouching,
+    wait_seconds,
+)
 from fingersplit_service.endpoints.objects import OBJECT_FIELDS, object_options, viewpoint_of
 from fingersplit_service.endpoints.uploads import PRINTABLE, staged, staged_bytes, stem, suffix
 from fingersplit_service.jobs.worker_functions import Upload
@@ -131,6 +137,7 @@ async def plan_grasps(
             object_id = info.id
     job = JobCreate.model_validate(asked.model_dump(exclude={"mesh"}) | {"object_id": object_id})
     seconds = wait_seconds(prefer, settings.max_wait_s) or settings.max_wait_s
+    await refuse_untouching(objects, principal, job)
     view = await jobs.submit(principal.owner, job, idempotency_key=idempotency_key, wait_s=seconds)
     headers = {"Location": f"/v1/jobs/{view.row.id}"} | preference_applied(seconds if prefer else 0.0)
     if not view.fresh:

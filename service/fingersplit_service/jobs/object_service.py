@@ -2,7 +2,7 @@
 
 import asyncio
 import hashlib
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Literal, TypeVar
@@ -10,7 +10,14 @@ from uuid import uuid4
 
 from pydantic import TypeAdapter
 
-from fingersplit.errors import FingersplitError, FormatError, ObjectFileError, SceneError, SettingsError
+from fingersplit.errors import (
+    FingersplitError,
+    FormatError,
+    ObjectFileError,
+    ParallelGraspError,
+    SceneError,
+    SettingsError,
+)
 from fingersplit_client.schemas import (
     ObjectInfo,
     ObjectLookup,
@@ -199,11 +206,43 @@ class ObjectService:
 
         Raises:
             NotFound: The owner has no such object.
-            InvalidField: One of them is none; the field says which.
+            InvalidField: One of them is none, or does not touch the object; the field says which.
         """
         await self._document(owner, object_id)
-        check_grasps(grasps)
+        await self.check_touching(owner, object_id, grasps)
         return await self._keep(owner, object_id, "imported", name, grasps)
+
+    async def check_touching(
+        self, owner: str, object_id: str, grasps: Sequence[ParallelGrasp], prefix: str = ""
+    ) -> None:
+        """Refuse parallel grasps that are none, or that do not touch an object.
+
+        Args:
+            owner: Who gives them.
+            object_id: The object.
+            grasps: The grasps.
+            prefix: Where they stand in the whole request, as a JSON pointer.
+
+        Raises:
+            NotFound: The owner has no such object.
+            InvalidField: One of them is none, or lies off the surface; the field says which.
+        """
+        check_grasps(grasps, prefix)
+        await self._document(owner, object_id)
+        documents = [grasp.model_dump() for grasp in grasps]
+        deadline = self._settings.picture_deadline_s
+        try:
+            await self._pool.answer(
+                owner,
+                self._functions.check_touching,
+                self._storage,
+                object_id,
+                documents,
+                deadline_s=deadline,
+                object_id=object_id,
+            )
+        except ParallelGraspError as error:
+            raise InvalidField(f"{prefix}/parallel_grasps/{error.index}", str(error)) from error
 
     async def import_grasps(
         self, owner: str, object_id: str, name: str, file: GraspFile

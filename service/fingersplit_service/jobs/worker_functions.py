@@ -25,6 +25,7 @@ __all__ = [
     "ViewUpload",
     "WarmUpReport",
     "WorkerFunctions",
+    "check_touching",
     "cut_view",
     "decompose_object",
     "export_mesh",
@@ -247,6 +248,19 @@ def generate_parallel_grasps(storage: Storage, object_id: str, request: Parallel
     return [grasp.to_document() for grasp in grasps]
 
 
+def check_touching(storage: Storage, object_id: str, grasps: list[dict[str, Any]]) -> None:
+    """Refuse parallel grasps that do not touch an object.
+
+    Raises:
+        ParallelGraspError: One does not; it says which.
+    """
+    from fingersplit.parallel_grasps.on_surface import check_on_surface
+    from fingersplit.parallel_grasps.parallel_grasp import ParallelGrasp
+
+    model = prepared_object(storage, object_id, object_id)
+    check_on_surface(model, [ParallelGrasp.from_document(grasp) for grasp in grasps])
+
+
 def import_grasps(
     storage: Storage, object_id: str, object_name: str, file: GraspFile
 ) -> tuple[list[dict[str, Any]], str]:
@@ -286,6 +300,7 @@ class WorkerFunctions:
     cut_view: Callable[[Storage, ViewUpload], tuple[dict[str, Any], dict[str, Any]]] = cut_view
     decompose: Callable[[Storage, str], None] = decompose_object
     generate: Callable[[Storage, str, ParallelGraspsGenerate], list[dict[str, Any]]] = generate_parallel_grasps
+    check_touching: Callable[[Storage, str, list[dict[str, Any]]], None] = check_touching
     import_grasps: Callable[[Storage, str, str, GraspFile], tuple[list[dict[str, Any]], str]] = import_grasps
     plan: Callable[[Storage, PlanTask], JobOutcome] = plan_job
     verify: Callable[[Storage, VerifyTask], VerifiedResult] = verify_first
