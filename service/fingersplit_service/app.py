@@ -46,6 +46,7 @@ from fingersplit_service.security.middleware import (
     RequestLimits,
     SecurityHeaders,
 )
+from fingersplit_service.security.msgpack_bodies import MsgpackBodies
 from fingersplit_service.settings import ServiceSettings
 
 __all__ = ["create_app", "create_worker_app"]
@@ -120,6 +121,7 @@ def create_app(settings: ServiceSettings | None = None, functions: WorkerFunctio
         app.include_router(router)
     add_problem_handlers(app)
     # From the inside out: what is added last sees a request first.
+    app.add_middleware(MsgpackBodies)
     app.add_middleware(ContentDecoding, limit_of=body_limit)
     app.add_middleware(Authentication)
     app.add_middleware(BodyLimit, limit_of=body_limit, timeout_s=chosen.body_timeout_s)

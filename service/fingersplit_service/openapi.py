@@ -22,6 +22,8 @@ Upload a mesh or a point cloud, queue a job, get ranked grasps: palm pose, joint
 * Quaternions are `wxyz`, unit length, and rotate from the palm frame to the object frame.
 * Once the service has API keys, every request needs one, as `Authorization: Bearer KEY`; a key sees only what was
   made with it.
+* Bodies and answers are JSON, or MessagePack with `Content-Type` and `Accept: application/msgpack`; binary values
+  there stand for base64.
 * Every error is a problem document (RFC 9457) with a stable `type`.
 """
 TAGS = [
