@@ -55,7 +55,7 @@ _RESOURCES = (
     *(plan, object_lookup, objects, parallel_grasps, jobs, grasps, views, exports),
     *(scenes, events, outcomes, batches, hands, catalogs, usage, sessions, health),
 )
-_UPLOADS = re.compile(f"{objects.PATH}(/[^/]+/parallel-grasps/import)?")
+_UPLOADS = re.compile(f"{objects.PATH}(/[^/]+/parallel-grasps/import)?|{hands.PATH}")
 _MULTIPART_OVERHEAD = 64 * 1024  # boundaries, part headers, and the other fields [bytes]
 
 

@@ -5,6 +5,7 @@ from typing import Annotated
 from fastapi import Depends, Request
 
 from fingersplit_service.jobs.hand_catalog import HandCatalog
+from fingersplit_service.jobs.hand_service import HandService
 from fingersplit_service.jobs.job_service import JobService
 from fingersplit_service.jobs.object_service import ObjectService
 from fingersplit_service.jobs.outcome_service import OutcomeService
@@ -17,6 +18,7 @@ from fingersplit_service.settings import ServiceSettings
 from fingersplit_service.storage import Storage
 
 __all__ = [
+    "Catalog",
     "Files",
     "Hands",
     "Jobs",
@@ -52,8 +54,12 @@ async def _outcomes(request: Request) -> OutcomeService:
     return _runtime(request).outcomes
 
 
-async def _hands(request: Request) -> HandCatalog:
+async def _hands(request: Request) -> HandService:
     return _runtime(request).hands
+
+
+async def _catalog(request: Request) -> HandCatalog:
+    return _runtime(request).catalog
 
 
 async def _health(request: Request) -> HealthService:
@@ -80,7 +86,8 @@ Jobs = Annotated[JobService, Depends(_jobs)]
 Objects = Annotated[ObjectService, Depends(_objects)]
 Results = Annotated[ResultService, Depends(_results)]
 Outcomes = Annotated[OutcomeService, Depends(_outcomes)]
-Hands = Annotated[HandCatalog, Depends(_hands)]
+Hands = Annotated[HandService, Depends(_hands)]
+Catalog = Annotated[HandCatalog, Depends(_catalog)]
 Operations = Annotated[HealthService, Depends(_health)]
 KeyAccess = Annotated[Access, Depends(_access)]
 Settings = Annotated[ServiceSettings, Depends(_settings)]

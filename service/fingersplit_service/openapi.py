@@ -31,13 +31,19 @@ TAGS = [
     {"name": "jobs", "description": "Plans: queued, run by a worker process, and kept."},
     {"name": "outcomes", "description": "What became of planned grasps on robots, beside what was predicted."},
     {"name": "batches", "description": "Many jobs in one request."},
-    {"name": "hands", "description": "Hands that can be planned for."},
+    {"name": "hands", "description": "Hands that can be planned for: those that ship, and uploaded ones."},
     {"name": "catalogs", "description": "Metrics, file formats and sources of parallel grasps that are known."},
     {"name": "usage", "description": "What a key uses, and how much it may."},
     {"name": "sessions", "description": "For browsers, which keep a key in a cookie."},
     {"name": "health", "description": "For whoever operates the service."},
 ]
-_MAKERS = {"/v1/objects": "object_id", "/v1/jobs": "job_id", "/v1/batches": "batch_id"}
+_MAKERS = {
+    "/v1/objects": ("object_id", "id"),
+    "/v1/jobs": ("job_id", "id"),
+    "/v1/batches": ("batch_id", "id"),
+    "/v1/hands": ("hand_id", "name"),
+}
+"""What makes a thing: the parameter that others name it by, and the member of the answer that has it."""
 
 
 def describe(app: FastAPI) -> None:
@@ -88,7 +94,7 @@ def _mark_binary(paths: dict[str, Any]) -> None:
 
 def _add_links(paths: dict[str, Any]) -> None:
     """Say which operations take the id of what another operation made."""
-    for maker, parameter in _MAKERS.items():
+    for maker, (parameter, member) in _MAKERS.items():
         users = {
             operation["operationId"]: operation
             for path, operations in paths.items()
@@ -98,8 +104,8 @@ def _add_links(paths: dict[str, Any]) -> None:
         links = {
             name: {
                 "operationId": name,
-                "parameters": {parameter: "$response.body#/id"},
-                "description": f"{operation['summary']}: its `{parameter}` is this answer's `id`.",
+                "parameters": {parameter: f"$response.body#/{member}"},
+                "description": f"{operation['summary']}: its `{parameter}` is this answer's `{member}`.",
             }
             for name, operation in users.items()
         }

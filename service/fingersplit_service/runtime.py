@@ -16,6 +16,7 @@ from fingersplit_service.blobs import BlobStore
 from fingersplit_service.database.cluster_queue import ClusterQueue
 from fingersplit_service.database.connection import Database, database_url
 from fingersplit_service.database.follow_ups import FollowUpStore
+from fingersplit_service.database.hands import HandStore
 from fingersplit_service.database.jobs import JobStore
 from fingersplit_service.database.keys import KeyStore
 from fingersplit_service.database.objects import ObjectStore
@@ -27,6 +28,7 @@ from fingersplit_service.jobs.cluster_notifier import ClusterNotifier
 from fingersplit_service.jobs.dispatcher import Dispatcher
 from fingersplit_service.jobs.follow_ups import FollowUps
 from fingersplit_service.jobs.hand_catalog import HandCatalog
+from fingersplit_service.jobs.hand_service import HandService
 from fingersplit_service.jobs.job_runner import JobRunner, OtherMachines
 from fingersplit_service.jobs.job_service import JobService
 from fingersplit_service.jobs.notifier import Notifier
@@ -62,7 +64,8 @@ class Runtime:
     objects: ObjectService
     results: ResultService
     outcomes: OutcomeService
-    hands: HandCatalog
+    hands: HandService
+    catalog: HandCatalog
     health: HealthService
     access: Access
     storage: Storage
@@ -101,7 +104,7 @@ async def running(
         stack.push_async_callback(usage.stop)
         pool = _pool(settings, functions, metrics, meter)
         stack.push_async_callback(pool.stop)
-        object_store, job_store = ObjectStore(database), JobStore(database)
+        object_store, job_store, hand_store = ObjectStore(database), JobStore(database), HandStore(database)
         parts = _Parts(settings, database, job_store, storage, pool, metrics, functions, meter)
         if not settings.cluster:
             notifier, runner, leads = *await parts.start_alone(stack), lambda: True
@@ -110,18 +113,19 @@ async def running(
         else:
             notifier, runner, leads = await parts.start_agent(stack)
         stack.callback(notifier.close)
-        sweeping = asyncio.create_task(Retention(job_store, object_store, storage, settings, leads).run())
-        stack.push_async_callback(_end, sweeping)
-        hands = HandCatalog(pool)
-        jobs = JobService(job_store, object_store, hands, runner, notifier, storage, metrics, settings)
+        retention = Retention(job_store, object_store, hand_store, storage, settings, leads)
+        stack.push_async_callback(_end, asyncio.create_task(retention.run()))
+        catalog = HandCatalog(pool, hand_store)
+        jobs = JobService(job_store, object_store, catalog, runner, notifier, storage, metrics, settings)
         results = ResultService(jobs, storage, pool, functions, settings)
         yield Runtime(
             settings=settings,
             jobs=jobs,
-            objects=ObjectService(object_store, storage, pool, functions, hands, settings, usage),
+            objects=ObjectService(object_store, storage, pool, functions, catalog, settings, usage),
             results=results,
             outcomes=OutcomeService(OutcomeStore(database), jobs, results),
-            hands=hands,
+            hands=HandService(hand_store, catalog, storage, pool, functions, settings),
+            catalog=catalog,
             health=HealthService(job_store, pool, storage, notifier, metrics),
             access=Access(keys),
             storage=storage,

@@ -110,6 +110,9 @@ class ServiceSettings(BaseSettings):
     inspection_deadline_s: PositiveFloat = Field(
         default=60.0, description="Longest time to check and prepare one uploaded file [s]."
     )
+    hand_deadline_s: PositiveFloat = Field(
+        default=300.0, description="Longest time to compile, draft, check or try one uploaded hand [s]."
+    )
     picture_deadline_s: PositiveFloat = Field(
         default=60.0, description="Longest time for one picture, mesh file or set of parallel grasps [s]."
     )

@@ -59,6 +59,26 @@ class Storage:
         """The mesh of an object as a file of another format."""
         return self.root / "objects" / f"{object_id}.{file_type}"
 
+    def hand(self, hand_id: str) -> Path:
+        """An uploaded hand: a zip of its model, its meshes and its description."""
+        return self.root / "hands" / f"{hand_id}.zip"
+
+    def hand_view(self, key: str, name: str) -> Path:
+        """What people look at of a hand; ``key`` is an uploaded hand's id, or tells versions of a shipped one apart."""
+        return self.root / "hand-views" / key / name
+
+    def hands_before(self, moment: float) -> list[str]:
+        """Ids of uploaded hands whose files were last written or claimed before ``moment`` [s since 1970]."""
+        return [Path(blob.name).stem for blob in self._files("hands") if blob.modified < moment]
+
+    def remove_hand(self, hand_id: str) -> None:
+        """Delete an uploaded hand's file and what was made of it."""
+        self.hand(hand_id).unlink(missing_ok=True)
+        shutil.rmtree(self.root / "hand-views" / hand_id, ignore_errors=True)
+        if self.shared is not None:
+            views = [blob.name for blob in self.shared.entries(f"hand-views/{hand_id}/")]
+            self.shared.delete([self._name(self.hand(hand_id)), *views])
+
     def job_folder(self, job_id: str) -> Path:
         """All files of a job."""
         return self.root / "jobs" / job_id

@@ -17,6 +17,7 @@ from prometheus_client.parser import text_string_to_metric_families
 
 from fingersplit_service.app import create_app, create_worker_app
 from fingersplit_service.database.connection import Database, database_url
+from fingersplit_service.jobs.worker_functions import WorkerFunctions
 from fingersplit_service.settings import ServiceSettings
 from fingersplit_service.storage import Storage
 
@@ -119,10 +120,12 @@ def anyio_backend() -> str:
 
 
 @asynccontextmanager
-async def started(data_dir: Path, **settings: object) -> AsyncIterator[Api]:
+async def started(
+    data_dir: Path, functions: WorkerFunctions = fake_workers.FUNCTIONS, **settings: object
+) -> AsyncIterator[Api]:
     usual = {"workers": 1, "spare_workers": 0, "stop_grace_s": 0, "inspection_deadline_s": 600, "verify_first": False}
     chosen = ServiceSettings(data_dir=data_dir, **usual | settings)
-    app = create_app(chosen, fake_workers.FUNCTIONS)
+    app = create_app(chosen, functions)
     async with _ready(app) as http:
         yield Api(app, http, data_dir)
 

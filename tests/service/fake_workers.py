@@ -3,18 +3,22 @@
 The hand that a job names says how it goes; the module is imported by worker processes too.
 """
 
+import gzip
+import hashlib
 import json
 import os
 import signal
 import threading
 import time
+import zipfile
 from pathlib import Path
 from typing import Any
 
-from fingersplit.errors import FormatError
+from fingersplit.errors import FormatError, HandError
 from fingersplit_client.schemas import JobCreate, ParallelGraspsGenerate, Verification
+from fingersplit_service.jobs.hand_work import HandTask, HandUpload
 from fingersplit_service.jobs.outcome import JobOutcome, JobResultRow
-from fingersplit_service.jobs.planning import PlanTask
+from fingersplit_service.jobs.planning import STARTS, PlanTask
 from fingersplit_service.jobs.rendering import ExportedFile, RenderTask
 from fingersplit_service.jobs.verifying import VerifiedResult, VerifyTask
 from fingersplit_service.jobs.worker import report_progress
@@ -134,9 +138,15 @@ def verify(storage: Storage, task: VerifyTask) -> VerifiedResult:
 def render(storage: Storage, task: RenderTask) -> None:
     curve = {"phases": ["map", "cpo"], "quality": [0.1, 0.2], "residual": [1e-3, 2e-3]}
     content = {"picture.png": PICTURE + bytes([task.rank]), "curve.json": json.dumps(curve).encode()}
+    content |= dict.fromkeys(("scene.json.gz", "motion.json.gz"), gzip.compress(b"{}"))
     assert json.loads(task.result)["grasps"][task.rank - 1]["rank"] == task.rank
     with storage.atomic(storage.view(task.job_id, task.rank, task.name), make_folder=False) as staged:
         staged.write_bytes(content.get(task.name, task.name.encode()))
+
+
+def draw_starts(storage: Storage, task: PlanTask) -> None:
+    with storage.atomic(storage.view(task.job_id, 0, STARTS), make_folder=False) as staged:
+        staged.write_bytes(gzip.compress(b"{}"))
 
 
 def convert(result: str, format_name: str, rank: int | None) -> ExportedFile:
@@ -162,6 +172,35 @@ def accept(_storage, _object_id, _grasps):
     """Whatever grasps are given, they touch the object."""
 
 
+def add_hand(storage: Storage, upload: HandUpload) -> dict[str, Any]:
+    """Every zip is a hand."""
+    if not zipfile.is_zipfile(upload.path):
+        raise HandError("The archive is no zip file.")
+    return _keep_hand(storage, upload.path.read_bytes())
+
+
+def correct_hand(storage: Storage, hand_id: str, description: str) -> dict[str, Any]:
+    storage.local(storage.hand(hand_id))
+    return _keep_hand(storage, description.encode())
+
+
+def _keep_hand(storage: Storage, content: bytes) -> dict[str, Any]:
+    hand_id = hashlib.sha256(content).hexdigest()[:32]
+    with storage.atomic(storage.hand(hand_id)) as staged:
+        staged.write_bytes(content)
+    return HAND | {"name": hand_id, "sha256": 64 * "0", "drafted": True}
+
+
+def view_hand(storage: Storage, task: HandTask) -> None:
+    content = {
+        "report.json": json.dumps({"description": "title = 'A hand'", "report": {"advice": []}}).encode(),
+        "trial.json": b"[]",
+        "scene.json.gz": gzip.compress(b"{}"),
+    }
+    with storage.atomic(storage.hand_view(task.key, task.name)) as staged:
+        staged.write_bytes(content.get(task.name, PICTURE))
+
+
 FUNCTIONS = WorkerFunctions(
     warm=warm,
     inspect=inspect_object,
@@ -174,6 +213,10 @@ FUNCTIONS = WorkerFunctions(
     render=render,
     export=export_mesh,
     convert=convert,
+    draw_starts=draw_starts,
+    add_hand=add_hand,
+    correct_hand=correct_hand,
+    view_hand=view_hand,
 )
 
 

@@ -12,15 +12,23 @@ UPLOAD = (
     f'--{BOUNDARY}\r\nContent-Disposition: form-data; name="file"; filename="cube.off"\r\n\r\n{CUBE.decode()}\r\n'
     f'--{BOUNDARY}\r\nContent-Disposition: form-data; name="unit"\r\n\r\ncm\r\n--{BOUNDARY}--\r\n'
 ).encode()
+HAND = (
+    f'--{BOUNDARY}\r\nContent-Disposition: form-data; name="file"; filename="hand.zip"\r\n\r\n'.encode()
+    + (b"PK\x05\x06" + 18 * b"\0")
+    + f"\r\n--{BOUNDARY}--\r\n".encode()
+)
 KEPT = ("top_k", "recording", "priority", "hand")
 _uploaded: list[str] = []
 
 
 @schemathesis.hook
 def before_call(_context: object, case: schemathesis.Case, _kwargs: dict[str, object]) -> None:
-    """Upload a cube, and plan for the object that was uploaded last, with few starts."""
+    """Upload a cube or an empty archive, and plan for the object that was uploaded last, with few starts."""
     if (case.method, case.operation.path) == ("POST", "/v1/objects"):
         case.body = UPLOAD
+    if (case.method, case.operation.path) == ("POST", "/v1/hands"):
+        case.body = HAND
+    if case.body in (UPLOAD, HAND):
         case.headers["Content-Type"] = f"multipart/form-data; boundary={BOUNDARY}"
     if (case.method, case.operation.path) == ("POST", "/v1/jobs") and isinstance(case.body, dict) and _uploaded:
         kept = {name: case.body[name] for name in KEPT if name in case.body}

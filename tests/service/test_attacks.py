@@ -21,6 +21,7 @@ from test_security import bearer, until_status
 
 from fingersplit_client.schemas import Problem
 from fingersplit_service.database.connection import Database, database_url
+from fingersplit_service.database.hands import HandStore
 from fingersplit_service.database.jobs import JobStore
 from fingersplit_service.database.keys import KeyStore
 from fingersplit_service.database.objects import ObjectStore
@@ -289,7 +290,9 @@ async def test_a_delete_takes_nothing_from_an_upload_of_another(start, tmp_path,
     async with start(tmp_path, keep_orphans_s=1000) as api:
         with api.tables() as database:
             objects, jobs = ObjectStore(database), JobStore(database)
-            retention = Retention(jobs, objects, api.storage, ServiceSettings(keep_orphans_s=0.001))
+            retention = Retention(
+                jobs, objects, HandStore(database), api.storage, ServiceSettings(keep_orphans_s=0.001)
+            )
             for _ in range(10):
                 uploaded = await api.upload(cube, "c.off", unit="cm")
                 async with anyio.create_task_group() as group:

@@ -23,11 +23,16 @@ def check(http: httpx2.Client, folder: Path, cube: bytes, examples: int) -> int:
     """Send requests that the description allows, and some that it forbids; how many were sent."""
     object_id = http.post("/v1/objects", files={"file": ("c.off", cube)}, data={"unit": "cm"}).json()["id"]
     job = http.post("/v1/jobs", json={"object_id": object_id}, headers={"Prefer": "wait=20"}).json()
-    ids = {"path.object_id": object_id, "path.job_id": job["id"], "path.rank": 1}
+    hand = http.post("/v1/hands", files={"file": ("hand.zip", b"PK\x05\x06" + 18 * b"\0")}).json()
+    ids = {"path.hand_id": hand["name"], "path.object_id": object_id, "path.job_id": job["id"], "path.rank": 1}
     lines = [f"{json.dumps(name)} = {json.dumps(value)}" for name, value in ids.items()]
     keep = [  # what the other operations are asked about is not deleted
         f'[[operations]]\ninclude-name = "DELETE {path}"\nparameters = {{ {name} = "unknown" }}\n'
-        for path, name in (("/v1/objects/{object_id}", '"path.object_id"'), ("/v1/jobs/{job_id}", '"path.job_id"'))
+        for path, name in (
+            ("/v1/objects/{object_id}", '"path.object_id"'),
+            ("/v1/jobs/{job_id}", '"path.job_id"'),
+            ("/v1/hands/{hand_id}", '"path.hand_id"'),
+        )
     ]
     (folder / "schemathesis.toml").write_text("\n".join(["[parameters]", *lines, *keep]))
     return number("generated", run(http, folder, examples, "examples,coverage,fuzzing", 1))

@@ -17,6 +17,7 @@ from fake_workers import FINE, HANGS, RAISES, WAITS
 from prometheus_client.parser import text_string_to_metric_families
 from test_faults import serving
 
+from fingersplit_service.database.hands import HandStore
 from fingersplit_service.database.jobs import JobStore
 from fingersplit_service.database.objects import ObjectStore
 from fingersplit_service.operations.doctor import examine
@@ -126,7 +127,7 @@ async def test_old_things_are_deleted(start, tmp_path):
         settings = ServiceSettings(data_dir=tmp_path, **kept)
         view, mesh = api.storage.view(job_id, 1, "recording.rrd"), api.storage.shape(object_id)
         with api.tables() as database:
-            retention = Retention(JobStore(database), ObjectStore(database), api.storage, settings)
+            retention = Retention(JobStore(database), ObjectStore(database), HandStore(database), api.storage, settings)
             await retention.sweep(time.time())
             assert view.exists()
             await retention.sweep(time.time() + 150)
@@ -151,7 +152,9 @@ async def test_an_upload_renews_the_file_of_an_object_that_nobody_has(start, tmp
         await api.http.delete(f"/v1/objects/{object_id}")
         os.utime(mesh, (1e9, 1e9))
         with api.tables() as database:
-            retention = Retention(JobStore(database), ObjectStore(database), api.storage, ServiceSettings())
+            retention = Retention(
+                JobStore(database), ObjectStore(database), HandStore(database), api.storage, ServiceSettings()
+            )
             assert (await api.upload(cube, "cube.off", unit="cm")).status_code == 201
             await ObjectStore(database).remove("local", object_id)  # as if its row were not written yet
             await retention.sweep_orphans(time.time())
@@ -168,7 +171,7 @@ async def test_files_of_jobs_that_are_not_there_go(start, tmp_path):
         left.touch()
         with api.tables() as database:
             settings = ServiceSettings(data_dir=tmp_path, keep_orphans_s=10)
-            retention = Retention(JobStore(database), ObjectStore(database), api.storage, settings)
+            retention = Retention(JobStore(database), ObjectStore(database), HandStore(database), api.storage, settings)
             await retention.sweep_orphans(time.time() + 100)
         assert not left.parent.exists()
         assert api.storage.view(job_id, 1, "recording.rrd").exists()

@@ -18,6 +18,7 @@ from fingersplit_service.settings import ServiceSettings
 
 pytestmark = pytest.mark.anyio
 
+EMPTY_ZIP = b"PK\x05\x06" + 18 * b"\0"
 PUBLIC = {"/healthz", "/readyz", "/review/session"}
 
 
@@ -58,6 +59,8 @@ async def guarded(tmp_path_factory, anyio_backend):
             "rank": "1",
             "format_name": "isaac_grasp",
         }
+        hand = await api.http.post("/v1/hands", files={"file": ("hand.zip", EMPTY_ZIP)})
+        api.ids["hand_id"] = hand.json()["name"]
         await api.ended(api.ids["job_id"])
         outcome = await api.http.post(f"/v1/jobs/{api.ids['job_id']}/grasps/1/outcome", json={"held": True})
         api.ids["outcome_id"] = outcome.json()["id"]
@@ -70,6 +73,7 @@ def operations(app) -> list[tuple[str, str]]:
 
 BODIES = {
     "/v1/jobs/{job_id}/grasps/{rank}/outcome": {"held": True},
+    "/v1/hands/{hand_id}/descriptions": {"description": "title = 'Mine'"},
     "/v1/jobs": {"object_id": "{object_id}"},
     "/v1/batches": {"jobs": [{"object_id": "{object_id}"}]},
     "/v1/objects/{object_id}/parallel-grasps": {
@@ -93,6 +97,8 @@ async def ask(api, method: str, path: str, headers: dict[str, str]):
     filled = path.format(**api.ids)
     if method == "post" and path == "/v1/objects":
         return await api.http.post(filled, files={"file": ("c.off", api.cube(5))}, data={"unit": "cm"}, headers=headers)
+    if method == "post" and path == "/v1/hands":
+        return await api.http.post(filled, files={"file": ("hand.zip", EMPTY_ZIP)}, headers=headers)
     if path.endswith("/import"):
         return await api.http.post(filled, files={"file": ("grasps.json", b"[]")}, headers=headers)
     return await api.http.request(method, filled, json=body_of(path, api.ids), headers=headers)
@@ -125,6 +131,8 @@ async def test_nothing_crosses_from_one_key_to_another(guarded):
         assert response.status_code == 404, (method, path, response.text)
     for path in ("/v1/jobs", "/v1/objects", "/v1/outcomes"):
         assert (await guarded.http.get(path, headers=bearer(guarded.theirs))).json()["items"] == []
+    hands = (await guarded.http.get("/v1/hands", headers=bearer(guarded.theirs))).json()
+    assert guarded.ids["hand_id"] not in {hand["name"] for hand in hands}
     for path in ("/v1/jobs", "/v1/batches"):
         response = await ask(guarded, "post", path, bearer(guarded.theirs))
         assert response.status_code == 422

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from fingersplit_client.retries import Retries
     from fingersplit_client.schemas import (
         Batch,
+        HandDetail,
         HandInfo,
         ImportedGraspSet,
         JobCreate,
@@ -60,6 +61,7 @@ __all__ = [
     "ConflictError",
     "FingersplitClientError",
     "Grasp",
+    "HandDetail",
     "HandInfo",
     "ImportedGraspSet",
     "InvalidRequestError",

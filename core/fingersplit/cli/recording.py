@@ -62,6 +62,7 @@ def review(
 
 def setup_viewer() -> None:
     """Take the browser's viewer out of the installed rerun package; a few seconds, once a version."""
+    from fingersplit.recording.three_assets import set_up_three
     from fingersplit.recording.viewer_assets import set_up_viewer
 
-    typer.echo(f"The viewer is in {set_up_viewer()}.")
+    typer.echo(f"three.js is in {set_up_three()}, rerun's viewer in {set_up_viewer()}.")

@@ -170,7 +170,7 @@ class Hand:
         return dict(zip(names, joints.tolist(), strict=True))
 
     def to_document(self) -> dict[str, Any]:
-        """Name, title, fingers and joints with their limits [rad], as plain JSON data."""
+        """Name, title, fingers, joints with their limits [rad] and hash, as plain JSON data."""
         names = self.joint_names
         return {
             "name": self.name,
@@ -187,6 +187,7 @@ class Hand:
                 {"name": joint.name, "lower": float(joint.lower), "upper": float(joint.upper)}
                 for joint in self.model.joints
             ],
+            "sha256": self.sha256,
         }
 
 

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
-from typing import Protocol
 
 import numpy as np
 import trimesh
@@ -16,6 +15,7 @@ from fingersplit.hands.hand import Hand
 from fingersplit.objects.mesh import Mesh
 from fingersplit.objects.model import ObjectModel
 from fingersplit.recording import colors
+from fingersplit.recording.looks import posed_looks
 from fingersplit.recording.raycast import Camera, Layer, render, unobstructed
 from fingersplit.recording.replay import QualityCurve, ReplayedGrasp
 from fingersplit.transforms import transform_points
@@ -30,7 +30,6 @@ with extra("pictures"):
 
 __all__ = [
     "GraspView",
-    "PosableHand",
     "draw_animation",
     "draw_picture",
     "draw_thumbnail",
@@ -39,18 +38,10 @@ __all__ = [
     "shade_phases",
 ]
 
-PALM_GREY, LINK_GREYS = 0.28, (0.66, 0.52, 0.6)
 CONTACT_RADIUS = 3.5e-3
 """[m]"""
 ARROW = 0.03
 """Length of the arrows along the contact normals [m]."""
-
-
-class PosableHand(Protocol):
-    """A hand that can be drawn."""
-
-    def posed_meshes(self, joints: NDArray[np.float64]) -> list[tuple[str, NDArray[np.float64], NDArray[np.int64]]]:
-        """Names, vertices in the palm frame (n, 3) [m] and faces (m, 3) of all parts at ``joints`` (N,) [rad]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,12 +54,12 @@ class GraspView:
     normals: NDArray[np.float64]
 
 
-def grasp_layers(mesh: Mesh, hand: PosableHand, state: GraspView) -> list[Layer]:
+def grasp_layers(mesh: Mesh, hand: Hand, state: GraspView) -> list[Layer]:
     """Object, hand, contact balls and arrows along the inward normals, in the object frame."""
     layers = [Layer(mesh.vertices, mesh.faces, colors.fractions(colors.OBJECT))]
-    for part, (name, vertices, faces) in enumerate(hand.posed_meshes(state.joints)):
-        grey = LINK_GREYS[part % len(LINK_GREYS)] if name.startswith("finger") else PALM_GREY
-        layers.append(Layer(transform_points(state.object_from_palm, vertices), faces, (grey, grey, grey, 1.0)))
+    for look, vertices in posed_looks(hand, state.joints):
+        placed = transform_points(state.object_from_palm, vertices)
+        layers.append(Layer(placed, look.faces, (*look.rgb, 1.0), part="hand"))
     for f, (contact, normal) in enumerate(zip(state.contacts, state.normals, strict=True)):
         rgba = (*to_rgb(colors.FINGERS[f % len(colors.FINGERS)]), 1.0)
         ball = trimesh.creation.icosphere(subdivisions=2, radius=CONTACT_RADIUS)
@@ -84,7 +75,7 @@ def grasp_layers(mesh: Mesh, hand: PosableHand, state: GraspView) -> list[Layer]
 
 def grasp_camera(scenes: Sequence[list[Layer]], states: tuple[GraspView, GraspView]) -> Camera:
     """The view of the final grasp in which the hand hides least of contacts and object, palm up or down."""
-    final, hand_parts = states[1], [layer for layer in scenes[1] if len(set(layer.rgba[:3])) == 1]
+    final, hand_parts = states[1], [layer for layer in scenes[1] if layer.part == "hand"]
     approach = final.object_from_palm[:3, 2]
     body = scenes[1][0].vertices
     targets = np.vstack([np.repeat(final.contacts, 20, axis=0), body[:: max(1, len(body) // 200)]])

@@ -31,11 +31,13 @@ class Layer:
         faces: Vertex indices, counter-clockwise seen from outside, (n_faces, 3).
         rgba: Red, green, blue and opacity, each 0 to 1. Below an opacity of 1 only the faces towards the
             viewer are tinted, so that what lies behind and inside stays readable.
+        part: What it belongs to, such as ``"hand"``.
     """
 
     vertices: NDArray[np.floating]
     faces: NDArray[np.integer]
     rgba: tuple[float, float, float, float]
+    part: str = ""
 
     @cached_property
     def triangles(self) -> NDArray[np.float32]:

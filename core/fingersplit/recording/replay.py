@@ -22,7 +22,7 @@ from fingersplit.result.plan import PlanResult
 from fingersplit.result.verification import Verification
 from fingersplit.scene.attaching import attach_bodies
 from fingersplit.scene.constraints import Constraints
-from fingersplit.scene.preparing import prepare_scene
+from fingersplit.scene.preparing import PreparedScene, prepare_scene
 from fingersplit.splitting.settings import PlannerSettings
 from fingersplit.splitting.trace import PHASE_NAMES, QUALITY, Trace
 from fingersplit.verification import SimulationFrames, repeat_simulation
@@ -50,6 +50,7 @@ class ReplayedGrasp:
         grasp: The grasp as it stands in the result.
         friction: Coulomb friction that it was planned for.
         trace: Every accepted state of the search.
+        scene: What stood around the object.
         frames: The frames of the simulation that verified it, None when there was none.
         initial_frames: The same for its mapped start.
     """
@@ -57,6 +58,7 @@ class ReplayedGrasp:
     grasp: GraspResult
     friction: float
     trace: Trace
+    scene: PreparedScene
     frames: SimulationFrames | None = None
     initial_frames: SimulationFrames | None = None
 
@@ -93,12 +95,13 @@ def replay(
     """
     result.check_origin(model, hand)
     grasp = result.grasp(rank)
-    run = _repeat_search(result, grasp, model, hand, obstacle)
+    run, scene = _repeat_search(result, grasp, model, hand, obstacle)
     again = _Simulations(model, hand, pieces)
     return ReplayedGrasp(
         grasp=grasp,
         friction=result.friction,
         trace=run.trace,
+        scene=scene,
         frames=again.frames(grasp.verification, run.final),
         initial_frames=again.frames(grasp.initial.verification, run.initial),
     )
@@ -110,8 +113,8 @@ def _repeat_search(
     model: ObjectModel,
     hand: Hand,
     obstacle: Callable[[str], ObjectModel] | None,
-) -> Run:
-    """The run from the grasp's parallel grasp, with either finger assignment, that ends in the grasp."""
+) -> tuple[Run, PreparedScene]:
+    """The run from the grasp's parallel grasp that ends in the grasp, with either finger assignment, and its scene."""
     settings = PlannerSettings.from_document(result.provenance.planner)
     constraints = Constraints.from_document(result.provenance.constraints)
     if obstacle is not None:
@@ -125,7 +128,7 @@ def _repeat_search(
     first, last = grasp.initial.for_hand(hand).joints, grasp.for_hand(hand).joints
     for run in split_starts(problem, model.patches, hand, starts, threads=1, report=_silent):
         if np.abs(run.final.joints - last).max() < SAME and np.abs(run.initial.joints - first).max() < SAME:
-            return run
+            return run, scene
     raise ResultError(
         f"The grasp of rank {grasp.rank} could not be reproduced: the same search ends in another grasp here. It was "
         f"planned by Fingersplit {result.provenance.software_version}, maybe on another kind of machine; plan again."

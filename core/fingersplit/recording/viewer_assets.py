@@ -13,7 +13,14 @@ from urllib.request import urlopen
 from fingersplit.errors import ViewerError
 from fingersplit.extras import extra
 
-__all__ = ["VIEWER_FILES", "set_up_viewer", "viewer_folder", "viewer_is_set_up"]
+__all__ = [
+    "VIEWER_FILES",
+    "keep_compressed",
+    "set_up_viewer",
+    "viewer_folder",
+    "viewer_is_set_up",
+    "viewers_folder",
+]
 
 VIEWER_FILES = ("re_viewer.js", "re_viewer_bg.wasm")
 """The script and the program it loads; kept with the suffix ``.gz``."""
@@ -23,14 +30,16 @@ LEVEL = 6
 """Of compression; 9 takes thrice the time for one percent."""
 
 
-def viewer_folder() -> Path:
-    """Where the viewer's files are kept, named after rerun's version.
-
-    Below ``FINGERSPLIT_VIEWER_DIR`` when that is set, else below the user's cache folder.
-    """
+def viewers_folder() -> Path:
+    """Where viewers are kept: ``FINGERSPLIT_VIEWER_DIR`` when that is set, else below the user's cache folder."""
     chosen = os.environ.get("FINGERSPLIT_VIEWER_DIR")
     cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "fingersplit"
-    return (Path(chosen) if chosen else cache) / f"rerun-viewer-{version('rerun-sdk')}"
+    return Path(chosen) if chosen else cache
+
+
+def viewer_folder() -> Path:
+    """Where the viewer's files are kept, named after rerun's version."""
+    return viewers_folder() / f"rerun-viewer-{version('rerun-sdk')}"
 
 
 def viewer_is_set_up() -> bool:
@@ -62,7 +71,7 @@ def set_up_viewer() -> Path:
     try:
         folder.mkdir(parents=True, exist_ok=True)
         for name in VIEWER_FILES:
-            _keep(folder / f"{name}.gz", _download(f"http://127.0.0.1:{port}/{name}"))
+            keep_compressed(folder / f"{name}.gz", _download(f"http://127.0.0.1:{port}/{name}"))
     except OSError as error:
         raise ViewerError(f"The viewer cannot be kept in {folder}: {error}. Set FINGERSPLIT_VIEWER_DIR.") from error
     return folder
@@ -80,7 +89,7 @@ def _download(address: str) -> bytes:
             time.sleep(0.05)
 
 
-def _keep(path: Path, data: bytes) -> None:
+def keep_compressed(path: Path, data: bytes) -> None:
     """Compress and rename into place: another process sees the whole file or none."""
     with tempfile.NamedTemporaryFile(dir=path.parent, delete=False) as staged:
         staged.write(gzip.compress(data, LEVEL, mtime=0))

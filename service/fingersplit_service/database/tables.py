@@ -9,6 +9,7 @@ __all__ = [
     "agents",
     "api_keys",
     "grasp_outcomes",
+    "hands",
     "jobs",
     "metadata",
     "objects",
@@ -154,6 +155,18 @@ usage = sa.Table(
     sa.Column("kind", sa.String(16), primary_key=True, comment="jobs a minute, cpu_s a day"),
     sa.Column("start", sa.BigInteger, primary_key=True, autoincrement=False, comment="of the time it counts for"),
     sa.Column("amount", sa.Float(53), nullable=False),
+)
+
+hands = sa.Table(
+    "hands",
+    metadata,
+    sa.Column("number", _Number, primary_key=True, comment="order of acceptance"),
+    sa.Column("owner", _Id, nullable=False),
+    sa.Column("id", _Id, nullable=False),
+    sa.Column("document", sa.Text, nullable=False, comment="HandInfo"),
+    sa.Column("created_at", _Time, nullable=False),
+    sa.Index("ix_hands_owner_id", "owner", "id", unique=True),
+    sa.Index("ix_hands_id", "id"),
 )
 
 api_keys = sa.Table(

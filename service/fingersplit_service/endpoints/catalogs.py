@@ -3,7 +3,7 @@
 from fastapi import APIRouter
 
 from fingersplit_client.schemas import FileFormatInfo, MetricInfo, SourceInfo
-from fingersplit_service.dependencies import Hands
+from fingersplit_service.dependencies import Catalog
 from fingersplit_service.problems import ProblemKind, problem_answers
 from fingersplit_service.security.access import Reader
 
@@ -14,18 +14,18 @@ _PROBLEMS = problem_answers(ProblemKind.NOT_READY)
 
 
 @router.get("/v1/metrics", summary="List the metrics of a grasp", responses=_PROBLEMS)
-async def list_metrics(catalog: Hands, _principal: Reader) -> list[MetricInfo]:
+async def list_metrics(catalog: Catalog, _principal: Reader) -> list[MetricInfo]:
     """Every metric that grasps have in `metrics`, with unit, meaning and which way is better."""
     return catalog.metrics()
 
 
 @router.get("/v1/formats", summary="List the file formats", responses=_PROBLEMS)
-async def list_formats(catalog: Hands, _principal: Reader) -> list[FileFormatInfo]:
+async def list_formats(catalog: Catalog, _principal: Reader) -> list[FileFormatInfo]:
     """Every file format of other tools, and whether it is read or written."""
     return catalog.formats()
 
 
 @router.get("/v1/sources", summary="List the sources of parallel grasps", responses=_PROBLEMS)
-async def list_sources(catalog: Hands, _principal: Reader) -> list[SourceInfo]:
+async def list_sources(catalog: Catalog, _principal: Reader) -> list[SourceInfo]:
     """Every way to find parallel grasps when a job brings none."""
     return catalog.sources()

@@ -1,7 +1,7 @@
 """What people look at of a grasp: pictures, recordings and the curve of its quality, made when first asked for."""
 
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from fastapi import APIRouter
 from fastapi.responses import FileResponse
@@ -86,9 +86,33 @@ async def get_curve(results: Results, principal: Reader, job_id: JobId, rank: Ra
     return _kept(_CurveResponse, await results.view(principal.owner, job_id, rank, "curve.json"))
 
 
+@router.get(_GRASP + "/scene", response_model=dict[str, Any], summary="Get a grasp to draw")
+async def get_scene(results: Results, principal: Reader, job_id: JobId, rank: Rank) -> FileResponse:
+    """Hand, object, search, contacts, forces, approach and surroundings, as the pages draw them in three dimensions."""
+    return _compressed(await results.view(principal.owner, job_id, rank, "scene.json.gz"))
+
+
+@router.get(_GRASP + "/motion", response_model=dict[str, Any], summary="Get a grasp's simulation to draw")
+async def get_motion(results: Results, principal: Reader, job_id: JobId, rank: Rank) -> FileResponse:
+    """Palm, joints, object and forces of the simulation that verified a grasp; no times where there was none."""
+    return _compressed(await results.view(principal.owner, job_id, rank, "motion.json.gz"))
+
+
+@router.get(_JOB + "/starts", response_model=dict[str, Any], summary="See how each start ended")
+async def get_starts(results: Results, principal: Reader, job_id: JobId) -> FileResponse:
+    """Hand and object, and for every start of the search where it ended and why, as the pages draw them."""
+    return _compressed(await results.starts(principal.owner, job_id))
+
+
 _File = TypeVar("_File", bound=FileResponse)
 
 
 def _kept(kind: type[_File], path: Path) -> _File:
     """A file that a browser may keep: what is made of a finished run does not change."""
     return kind(path, headers={"Cache-Control": "private, max-age=86400"}, media_type=kind.media_type)
+
+
+def _compressed(path: Path) -> FileResponse:
+    """A compressed file; motions of a run that is verified later change once, so they are asked for again."""
+    headers = {"Cache-Control": "private, no-cache", "Content-Encoding": "gzip"}
+    return FileResponse(path, headers=headers, media_type="application/json")

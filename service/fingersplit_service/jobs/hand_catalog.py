@@ -5,6 +5,7 @@ from typing import Any
 from pydantic import TypeAdapter
 
 from fingersplit_client.schemas import FileFormatInfo, HandInfo, MetricInfo, SourceInfo
+from fingersplit_service.database.hands import HandStore
 from fingersplit_service.jobs.errors import WorkersNotReady
 from fingersplit_service.jobs.worker_functions import WarmUpReport
 from fingersplit_service.jobs.worker_pool import WorkerPool
@@ -18,27 +19,34 @@ _SOURCES: TypeAdapter[list[SourceInfo]] = TypeAdapter(list[SourceInfo])
 
 
 class HandCatalog:
-    """Hands, metrics, file formats and sources of parallel grasps, by what the first warm worker said of them.
+    """Hands, metrics, file formats and sources of parallel grasps: what the first warm worker said, and uploaded hands.
 
     Every method raises ``WorkersNotReady`` while no worker is warm yet.
 
     Args:
         pool: The workers.
+        uploaded: The uploaded hands.
     """
 
-    def __init__(self, pool: WorkerPool) -> None:
-        self._pool = pool
-        self._hands: list[HandInfo] | None = None
+    def __init__(self, pool: WorkerPool, uploaded: HandStore) -> None:
+        self._pool, self._uploaded = pool, uploaded
+        self._shipped: dict[str, HandInfo] | None = None
 
-    def all(self) -> list[HandInfo]:
-        """Every hand.
+    def shipped(self) -> list[HandInfo]:
+        """Every hand that ships."""
+        return list(self._shipped_by_name().values())
 
-        Raises:
-            WorkersNotReady: No worker is warm yet.
-        """
-        if self._hands is None:
-            self._hands = _HANDS.validate_python(self._report().hands)
-        return self._hands
+    def is_shipped(self, name: str) -> bool:
+        """Whether a hand of this name ships."""
+        return name in self._shipped_by_name()
+
+    async def find(self, owner: str, name: str) -> HandInfo | None:
+        """A hand that ships or that the owner uploaded; None without one."""
+        shipped = self._shipped_by_name().get(name)
+        if shipped is not None:
+            return shipped
+        document = await self._uploaded.document(owner, name)
+        return None if document is None else HandInfo.model_validate_json(document)
 
     def metrics(self) -> list[MetricInfo]:
         """Every metric of a grasp."""
@@ -51,6 +59,11 @@ class HandCatalog:
     def sources(self) -> list[SourceInfo]:
         """Every source of parallel grasps."""
         return _SOURCES.validate_python(self._catalog("sources"))
+
+    def _shipped_by_name(self) -> dict[str, HandInfo]:
+        if self._shipped is None:
+            self._shipped = {hand.name: hand for hand in _HANDS.validate_python(self._report().hands)}
+        return self._shipped
 
     def _catalog(self, kind: str) -> list[dict[str, Any]]:
         return self._report().catalogs.get(kind, [])

@@ -39,7 +39,7 @@ async def new_job(objects: ObjectStore, hands: HandCatalog, owner: str, request:
         InvalidField: A field is not valid.
         WorkersNotReady: The hands are not known yet.
     """
-    check_hand(hands, request.hand, prefix)
+    await check_hand(hands, owner, request.hand, prefix)
     check_source(hands, request.source, prefix)
     if not _ID.fullmatch(request.object_id):
         detail = f"There is no object {request.object_id!r}; upload it to /v1/objects first."
@@ -66,14 +66,14 @@ async def new_job(objects: ObjectStore, hands: HandCatalog, owner: str, request:
     )
 
 
-def check_hand(hands: HandCatalog, name: str, prefix: str = "") -> None:
-    """Refuse a hand that is not known.
+async def check_hand(hands: HandCatalog, owner: str, name: str, prefix: str = "") -> None:
+    """Refuse a hand that neither ships nor was uploaded by the owner.
 
     Raises:
-        InvalidField: It is not; the valid names are in it.
+        InvalidField: It is not known; the names of those that ship are in it.
     """
-    known = [hand.name for hand in hands.all()]
-    if name not in known:
+    if not _ID.fullmatch(name) or await hands.find(owner, name) is None:
+        known = [hand.name for hand in hands.shipped()]
         detail = f"Unknown hand {name!r}; {suggestion(name, known, 'hands')}"
         raise InvalidField(f"{prefix}/hand", detail, valid=known)
 

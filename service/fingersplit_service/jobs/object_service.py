@@ -31,9 +31,10 @@ from fingersplit_service.database.objects import ObjectStore, StoredObject
 from fingersplit_service.jobs.errors import InvalidField, InvalidFile, NotFound, ObjectInUse, ResourceGone
 from fingersplit_service.jobs.hand_catalog import HandCatalog
 from fingersplit_service.jobs.job_requests import check_grasps, check_hand, check_source
+from fingersplit_service.jobs.reading import read_file
 from fingersplit_service.jobs.usage import UsageService
 from fingersplit_service.jobs.worker_functions import GraspFile, Upload, ViewUpload, WorkerFunctions
-from fingersplit_service.jobs.worker_pool import DeadlineExceeded, WorkerDied, WorkerPool
+from fingersplit_service.jobs.worker_pool import WorkerPool
 from fingersplit_service.settings import ServiceSettings
 from fingersplit_service.storage import Storage
 
@@ -184,7 +185,7 @@ class ObjectService:
             LimitReached: The owner has used what it may.
         """
         await self._document(owner, object_id)
-        check_hand(self._hands, request.hand)
+        await check_hand(self._hands, owner, request.hand)
         check_source(self._hands, request.source)
         await self._usage.admit(owner)
         try:
@@ -323,18 +324,8 @@ class ObjectService:
     async def _read_file(
         self, owner: str, function: Callable[..., Returned], *arguments: Any, object_id: str | None = None
     ) -> Returned:
-        """What a worker makes of a file; one that it cannot digest is the client's fault, not ours."""
         deadline = self._settings.inspection_deadline_s
-        try:
-            return await self._pool.answer(
-                owner, function, self._storage, *arguments, deadline_s=deadline, object_id=object_id
-            )
-        except DeadlineExceeded as error:
-            detail = f"Checking the file took longer than {deadline:g} s; simplify it."
-            raise InvalidFile(detail, code="too_complex") from error
-        except (MemoryError, WorkerDied) as error:
-            detail = "Checking the file took more memory than a worker may have; simplify it."
-            raise InvalidFile(detail, code="too_complex") from error
+        return await read_file(self._pool, owner, deadline, function, self._storage, *arguments, object_id=object_id)
 
     async def _keep(
         self,

@@ -1,5 +1,7 @@
 """What a worker does for a job: it plans and verifies; nothing of it stays in the process."""
 
+import gzip
+import json
 import time
 from dataclasses import dataclass
 from functools import partial
@@ -7,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from fingersplit_client.schemas import JobCreate
 from fingersplit_service.jobs.constraints import load_constraints, load_obstacle
+from fingersplit_service.jobs.hand_work import stored_hand
 from fingersplit_service.jobs.outcome import JobOutcome, JobResultRow, strict_json
 from fingersplit_service.jobs.rendering import best_rank
 from fingersplit_service.jobs.stored_objects import convex_pieces, planner_settings, prepared_object
@@ -18,7 +21,10 @@ if TYPE_CHECKING:
     from fingersplit.objects.model import ObjectModel
     from fingersplit.result.plan import PlanResult
 
-__all__ = ["PlanTask", "plan_job"]
+__all__ = ["STARTS", "PlanTask", "draw_starts", "plan_job"]
+
+STARTS = "starts.json.gz"
+"""View of a job's starts, kept under rank 0."""
 
 _SHARE_OF_DEADLINE = 0.8  # after which nothing more is verified, so that the worker is not killed with its results
 
@@ -42,32 +48,56 @@ class PlanTask:
 
 def plan_job(storage: Storage, task: PlanTask) -> JobOutcome:
     """Plan what a job asks for, and verify what it wants verified."""
-    from fingersplit.hands.hand import load_hand
-    from fingersplit.parallel_grasps.parallel_grasp import ParallelGrasp
     from fingersplit.planning.planning import plan
 
     request = task.request
     verify_until = time.monotonic() + _SHARE_OF_DEADLINE * task.deadline_s
     report_progress("preparing", 0.0)
-    model, hand = prepared_object(storage, request.object_id, task.object_name), load_hand(request.hand)
-    settings, friction = planner_settings(request.planner)
-    given = request.parallel_grasps
-    planned = plan(
-        model,
-        hand,
-        None if given is None else [ParallelGrasp.from_document(grasp.model_dump()) for grasp in given],
-        source=request.source,
-        starts=request.starts,
-        seed=request.seed,
-        top_k=request.top_k,
-        settings=settings,
-        friction=friction,
-        constraints=load_constraints(storage, request),
-        progress=report_progress,
-    )
+    model = prepared_object(storage, request.object_id, task.object_name)
+    hand = stored_hand(storage, request.hand)
+    planned = plan(model, hand, **_asked(storage, request), progress=report_progress)
     if request.verified:
         planned = _verify(storage, planned, model, hand, request, verify_until)
     return _outcome(planned.to_dict())
+
+
+def draw_starts(storage: Storage, task: PlanTask) -> None:
+    """Search again and write where each start of a job ended and why, for the pages to draw.
+
+    Raises:
+        FileNotFoundError: The job or its object was deleted meanwhile.
+        UnknownHandError: Its hand was.
+    """
+    from fingersplit.planning.search import find_grasps
+    from fingersplit.recording.web_scene import starts_scene
+
+    request = task.request
+    model = prepared_object(storage, request.object_id, task.object_name)
+    found = find_grasps(model, stored_hand(storage, request.hand), **_asked(storage, request))
+    document = json.dumps(starts_scene(found), separators=(",", ":")).encode()
+    path = storage.view(task.job_id, 0, STARTS)
+    with storage.atomic(path, durable=False, make_folder=False) as staged:
+        staged.write_bytes(gzip.compress(document, 6, mtime=0))
+
+
+def _asked(storage: Storage, request: JobCreate) -> dict[str, Any]:
+    """What a job asks of the search, as its keywords."""
+    from fingersplit.parallel_grasps.parallel_grasp import ParallelGrasp
+
+    settings, friction = planner_settings(request.planner)
+    given = request.parallel_grasps
+    return {
+        "parallel_grasps": None
+        if given is None
+        else [ParallelGrasp.from_document(grasp.model_dump()) for grasp in given],
+        "source": request.source,
+        "starts": request.starts,
+        "seed": request.seed,
+        "top_k": request.top_k,
+        "settings": settings,
+        "friction": friction,
+        "constraints": load_constraints(storage, request),
+    }
 
 
 def _verify(

@@ -1,5 +1,6 @@
 """What workers make of a finished job for people and other tools: pictures, recordings, curves, exports."""
 
+import gzip
 import json
 from collections.abc import Callable, Sequence
 from contextlib import suppress
@@ -9,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from fingersplit_client.schemas import JobCreate
 from fingersplit_service.jobs.constraints import load_obstacle
+from fingersplit_service.jobs.hand_work import stored_hand
 from fingersplit_service.jobs.stored_objects import convex_pieces, prepared_object
 from fingersplit_service.storage import Storage
 
@@ -25,8 +27,12 @@ __all__ = [
     "render_view",
 ]
 
-ViewName = Literal["picture.png", "thumbnail.webp", "animation.webp", "recording.rrd", "curve.json"]
+ViewName = Literal[
+    "picture.png", "thumbnail.webp", "animation.webp", "recording.rrd", "curve.json", "scene.json.gz", "motion.json.gz"
+]
 """What can be made of a grasp for people to look at."""
+
+_SIMULATED = ("recording.rrd", "motion.json.gz")
 
 
 @dataclass(frozen=True)
@@ -87,15 +93,14 @@ def render_view(storage: Storage, task: RenderTask) -> None:
         ResultError: The result is of another version, or the grasp could not be reproduced.
         FileNotFoundError: The job was deleted meanwhile.
     """
-    from fingersplit.hands.hand import load_hand
     from fingersplit.recording.pictures import draw_animation, draw_picture, draw_thumbnail
     from fingersplit.recording.replay import replay
     from fingersplit.result import PlanResult
 
     object_id, result = task.request.object_id, PlanResult.from_dict(json.loads(task.result))
     model = prepared_object(storage, object_id, task.object_name)
-    hand = result.active_grip(load_hand(result.hand))
-    pieces = (lambda: convex_pieces(storage, object_id)) if task.name == "recording.rrd" else None
+    hand = result.active_grip(stored_hand(storage, result.hand))
+    pieces = (lambda: convex_pieces(storage, object_id)) if task.name in _SIMULATED else None
     replayed = replay(result, task.rank, model, hand, pieces, partial(load_obstacle, storage))
     with storage.atomic(storage.view(task.job_id, task.rank, task.name), durable=False, make_folder=False) as staged:
         match task.name:
@@ -107,6 +112,14 @@ def render_view(storage: Storage, task: RenderTask) -> None:
                 draw_animation(staged, replayed, model, hand)
             case "curve.json":
                 staged.write_text(_curve(replayed))
+            case "scene.json.gz":
+                from fingersplit.recording.web_scene import grasp_scene
+
+                staged.write_bytes(_compressed(grasp_scene(replayed, model, hand)))
+            case "motion.json.gz":
+                from fingersplit.recording.web_scene import motion_scene
+
+                staged.write_bytes(_compressed(motion_scene(replayed.frames)))
             case "recording.rrd":
                 from fingersplit.recording.run_recording import write_recording  # loads rerun: only who records
 
@@ -119,6 +132,10 @@ def render_in_advance(render: Callable[[Storage, RenderTask], None], storage: St
     if view.parent.exists() and storage.exists(storage.shape(task.request.object_id)) and not storage.exists(view):
         with suppress(FileNotFoundError):
             render(storage, task)
+
+
+def _compressed(document: dict[str, Any]) -> bytes:
+    return gzip.compress(json.dumps(document, separators=(",", ":")).encode(), 6, mtime=0)
 
 
 def _curve(replayed: "ReplayedGrasp") -> str:

@@ -2,14 +2,16 @@
 
 import asyncio
 import json
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from fingersplit.errors import FormatError, ResultError
+from fingersplit.errors import FormatError, HandError, ResultError
 from fingersplit_client.schemas import JobCreate
 from fingersplit_service.jobs.errors import InvalidField, NotFinished, NotFound, ResourceGone
 from fingersplit_service.jobs.job_service import JobService, JobView
+from fingersplit_service.jobs.planning import STARTS, PlanTask
 from fingersplit_service.jobs.rendering import ExportedFile, RenderTask, ViewName, best_rank
 from fingersplit_service.jobs.worker_functions import WorkerFunctions
 from fingersplit_service.jobs.worker_pool import WorkerPool
@@ -78,20 +80,50 @@ class ResultService:
         chosen = best_rank(grasps) if rank is None else _of_rank(job_id, grasps, rank)["rank"]
         if chosen is None or job.result is None:
             raise NotFound(f"Job {job_id} found no grasp to look at.")
+        if name == "motion.json.gz" and _of_rank(job_id, grasps, chosen)["verification"] is None:
+            raise NotFound(f"Grasp {chosen} of job {job_id} was not simulated.")
         path = self._storage.view(job_id, chosen, name)
+        request = JobCreate.model_validate_json(job.row.request)
+        task = RenderTask(name, job_id, chosen, job.row.object_name, request, job.result)
+        return await self._made(owner, job, path, self._functions.render, task)
+
+    async def starts(self, owner: str, job_id: str) -> Path:
+        """The file that says where each start of a job ended and why, made by a worker unless it is there.
+
+        Raises:
+            NotFound: No such job, or it has no result.
+            NotFinished: The job has not ended.
+            ResourceGone: It cannot be made any more.
+        """
+        job = await self._ended(owner, job_id)
+        if job.result is None:
+            raise NotFound(f"Job {job_id} has no result.")
+        request = JobCreate.model_validate_json(job.row.request)
+        deadline = self._settings.plan_deadline_s
+        task = PlanTask(job_id, job.row.object_name, request, deadline)
+        path = self._storage.view(job_id, 0, STARTS)
+        return await self._made(owner, job, path, self._functions.draw_starts, task, deadline)
+
+    async def _made(
+        self,
+        owner: str,
+        job: JobView,
+        path: Path,
+        function: Callable[[Storage, Any], None],
+        task: RenderTask | PlanTask,
+        deadline_s: float | None = None,
+    ) -> Path:
+        """A file of a job, made by a worker unless it is there."""
         with suppress(FileNotFoundError):
             return await asyncio.to_thread(self._storage.local, path)
         if not await asyncio.to_thread(self._storage.exists, self._storage.shape(job.row.object_id)):
             raise ResourceGone("It cannot be made any more: its object was deleted.")
-        self._storage.job_folder(job_id).mkdir(parents=True, exist_ok=True)
-        request = JobCreate.model_validate_json(job.row.request)
-        task = RenderTask(name, job_id, chosen, job.row.object_name, request, job.result)
-        arguments = self._functions.render, self._storage, task
+        self._storage.job_folder(job.row.id).mkdir(parents=True, exist_ok=True)
+        deadline = deadline_s or self._settings.picture_deadline_s
+        arguments = function, self._storage, task
         try:
-            await self._pool.answer(
-                owner, *arguments, deadline_s=self._settings.picture_deadline_s, object_id=job.row.object_id
-            )
-        except ResultError as error:
+            await self._pool.answer(owner, *arguments, deadline_s=deadline, object_id=job.row.object_id)
+        except (ResultError, HandError) as error:
             raise ResourceGone(f"It cannot be made any more: {error}") from error
         except FileNotFoundError:
             raise ResourceGone("It cannot be made any more: the job was deleted.") from None

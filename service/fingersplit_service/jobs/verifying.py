@@ -6,12 +6,16 @@ from functools import partial
 
 from fingersplit_client.schemas import JobCreate
 from fingersplit_service.jobs.constraints import load_obstacle
+from fingersplit_service.jobs.hand_work import stored_hand
 from fingersplit_service.jobs.outcome import strict_json
-from fingersplit_service.jobs.rendering import RenderTask, best_rank, render_view
+from fingersplit_service.jobs.rendering import RenderTask, ViewName, best_rank, render_view
 from fingersplit_service.jobs.stored_objects import convex_pieces, prepared_object
 from fingersplit_service.storage import Storage
 
 __all__ = ["VerifiedResult", "VerifyTask", "verify_first"]
+
+
+_VIEWS: tuple[ViewName, ...] = ("recording.rrd", "scene.json.gz", "motion.json.gz", "thumbnail.webp")
 
 
 @dataclass(frozen=True)
@@ -46,7 +50,6 @@ def verify_first(storage: Storage, task: VerifyTask) -> VerifiedResult:
         ResultError: The result is of another version, or the grasp could not be reproduced.
         FileNotFoundError: The job or its object was deleted meanwhile.
     """
-    from fingersplit.hands.hand import load_hand
     from fingersplit.result import PlanResult
     from fingersplit.verification import verify_ranked
 
@@ -56,7 +59,7 @@ def verify_first(storage: Storage, task: VerifyTask) -> VerifiedResult:
         first = verify_ranked(
             replace(result, grasps=result.grasps[:1]),
             model,
-            result.active_grip(load_hand(result.hand)),
+            result.active_grip(stored_hand(storage, result.hand)),
             convex_pieces(storage, request.object_id),
             verified=1,
             protocol=request.protocol,
@@ -70,7 +73,7 @@ def verify_first(storage: Storage, task: VerifyTask) -> VerifiedResult:
     text, grasps = strict_json(document), document["grasps"]
     rank = best_rank(grasps)
     if request.recording and rank is not None:
-        for name in ("recording.rrd", "thumbnail.webp"):
+        for name in _VIEWS:
             if name == "recording.rrd" or not storage.exists(storage.view(task.job_id, rank, name)):
                 render_view(storage, RenderTask(name, task.job_id, rank, task.object_name, request, text))
     held = sum(bool(grasp["verification"] and grasp["verification"]["passed"]) for grasp in grasps)

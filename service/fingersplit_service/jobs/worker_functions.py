@@ -12,8 +12,9 @@ from pathlib import Path
 from typing import Any
 
 from fingersplit_client.schemas import ParallelGraspsGenerate, Unit
+from fingersplit_service.jobs.hand_work import HandTask, HandUpload, add_hand, correct_hand, stored_hand, view_hand
 from fingersplit_service.jobs.outcome import JobOutcome
-from fingersplit_service.jobs.planning import PlanTask, plan_job
+from fingersplit_service.jobs.planning import PlanTask, draw_starts, plan_job
 from fingersplit_service.jobs.rendering import ExportedFile, RenderTask, convert_result, render_view
 from fingersplit_service.jobs.stored_objects import convex_pieces, keep_object, prepared_object
 from fingersplit_service.jobs.verifying import VerifiedResult, VerifyTask, verify_first
@@ -233,7 +234,6 @@ def generate_parallel_grasps(storage: Storage, object_id: str, request: Parallel
     import numpy as np
 
     from fingersplit.contacts.friction import planned_friction
-    from fingersplit.hands.hand import load_hand
     from fingersplit.parallel_grasps.sources import find_parallel_grasps
 
     model = prepared_object(storage, object_id, object_id)
@@ -242,7 +242,7 @@ def generate_parallel_grasps(storage: Storage, object_id: str, request: Parallel
         2 * request.count,  # a pair is two starts, one for either assignment of the fingers
         source=request.source,
         friction=planned_friction(request.friction, model.options.friction),
-        opening=load_hand(request.hand).gripper.opening,
+        opening=stored_hand(storage, request.hand).gripper.opening,
         rng=np.random.default_rng(request.seed),
     )
     return [grasp.to_document() for grasp in grasps]
@@ -305,5 +305,9 @@ class WorkerFunctions:
     plan: Callable[[Storage, PlanTask], JobOutcome] = plan_job
     verify: Callable[[Storage, VerifyTask], VerifiedResult] = verify_first
     render: Callable[[Storage, RenderTask], None] = render_view
+    draw_starts: Callable[[Storage, PlanTask], None] = draw_starts
     export: Callable[[Storage, str, str], None] = export_mesh
     convert: Callable[[str, str, int | None], ExportedFile] = convert_result
+    add_hand: Callable[[Storage, HandUpload], dict[str, Any]] = add_hand
+    correct_hand: Callable[[Storage, str, str], dict[str, Any]] = correct_hand
+    view_hand: Callable[[Storage, HandTask], None] = view_hand

@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable
 from typing import NoReturn
 
+from fingersplit_service.database.hands import HandStore
 from fingersplit_service.database.jobs import JobStore
 from fingersplit_service.database.objects import ObjectStore
 from fingersplit_service.settings import ServiceSettings
@@ -24,6 +25,7 @@ class Retention:
     Args:
         jobs: The jobs.
         objects: The objects.
+        hands: The uploaded hands.
         storage: Their files.
         settings: How long things are kept.
         leads: Whether it is for this process to do it.
@@ -33,12 +35,14 @@ class Retention:
         self,
         jobs: JobStore,
         objects: ObjectStore,
+        hands: HandStore,
         storage: Storage,
         settings: ServiceSettings,
         leads: Callable[[], bool] = lambda: True,
     ) -> None:
         self._leads = leads
-        self._jobs, self._objects, self._storage, self._settings = jobs, objects, storage, settings
+        self._jobs, self._objects, self._hands = jobs, objects, hands
+        self._storage, self._settings = storage, settings
 
     async def run(self) -> NoReturn:
         """A round at once, and then again and again."""
@@ -76,6 +80,9 @@ class Retention:
         for object_id in await self._objects.without_rows(objects):
             if object_id in await asyncio.to_thread(self._storage.objects_before, before):
                 await asyncio.to_thread(self._storage.remove_object, object_id)
+        for hand_id in await self._hands.without_rows(await asyncio.to_thread(self._storage.hands_before, before)):
+            if hand_id in await asyncio.to_thread(self._storage.hands_before, before):
+                await asyncio.to_thread(self._storage.remove_hand, hand_id)
         folders = await asyncio.to_thread(self._storage.job_folders_before, before)
         for job_id in await self._jobs.without_rows(folders):
             await asyncio.to_thread(self._storage.remove_job, job_id)

@@ -24,7 +24,15 @@ _MEDIA_TYPES = {
     "js": "text/javascript; charset=utf-8",
     "svg": "image/svg+xml",
 }
-_TITLES = {"list": "Runs", "new": "New run", "run": "Run", "compare": "Comparison", "login": "Sign in"}
+_TITLES = {
+    "list": "Runs",
+    "new": "New run",
+    "run": "Run",
+    "compare": "Comparison",
+    "hands": "Hands",
+    "hand": "Hand",
+    "login": "Sign in",
+}
 _HERE = ' aria-current="page"'
 router = APIRouter(prefix="/review", include_in_schema=False)
 root = APIRouter(include_in_schema=False)
@@ -67,7 +75,7 @@ def _read_pages() -> dict[str, _SiteFile]:
     frame, pages = Template(site.joinpath("frame.html").read_text()), {}
     for name, title in _TITLES.items():
         content = indent(site.joinpath(f"{name}.html").read_text().rstrip(), 6 * " ")
-        here = {f"at_{place}": _HERE if name == place else "" for place in ("list", "new")}
+        here = {f"at_{place}": _HERE if name == place else "" for place in ("list", "new", "hands")}
         page = frame.substitute(here, title=title, name=name, content=content)
         pages[name] = _site_file(page.encode(), "html")
     return pages
@@ -97,6 +105,18 @@ async def new_page(known: Known = None) -> Response:
 async def run_page(_job_id: str, known: Known = None) -> Response:
     """One run."""
     return _page("run", known)
+
+
+@router.get("/hands")
+async def hands_page(known: Known = None) -> Response:
+    """The hands, and the upload of another."""
+    return _page("hands", known)
+
+
+@router.get("/hands/{_name}")
+async def hand_page(_name: str, known: Known = None) -> Response:
+    """One hand."""
+    return _page("hand", known)
 
 
 @router.get("/compare")

@@ -1,4 +1,4 @@
-"""rerun's viewer from this origin, in the build that wrote the recordings, shut off from everywhere else."""
+"""Viewers from this origin: three.js for the pages' own views, and rerun's, in the build that wrote the recordings."""
 
 import asyncio
 import sys
@@ -7,6 +7,8 @@ from importlib.resources import files
 from fastapi import APIRouter, Request, Response
 from fastapi.responses import FileResponse
 
+from fingersplit.errors import ViewerError
+from fingersplit.recording.three_assets import THREE_FILE, set_up_three
 from fingersplit.recording.viewer_assets import VIEWER_FILES, viewer_folder, viewer_is_set_up
 from fingersplit_service.problems import ProblemError, ProblemKind
 
@@ -28,6 +30,17 @@ async def viewer_page() -> Response:
     page = files("fingersplit_service.review").joinpath("site", "viewer.html").read_text()
     headers = {"Content-Security-Policy": _POLICY, "X-Frame-Options": "SAMEORIGIN", "Cache-Control": "no-cache"}
     return Response(page.replace("{version}", viewer_folder().name), headers=headers, media_type="text/html")
+
+
+@router.get("/three.js")
+async def three_file() -> Response:
+    """three.js for the pages' own views, compressed; set up now if that was not done before."""
+    try:
+        folder = await asyncio.to_thread(set_up_three)
+    except ViewerError as error:
+        raise ProblemError(ProblemKind.NOT_FOUND, str(error)) from error
+    headers = {"Content-Encoding": "gzip", "Cache-Control": "public, max-age=86400", "Vary": "Accept-Encoding"}
+    return FileResponse(folder / f"{THREE_FILE}.gz", headers=headers, media_type=_MEDIA_TYPES["js"])
 
 
 @router.get("/{version}/{name}")

@@ -52,6 +52,8 @@ from fingersplit_client.schemas.plan import (
 )
 from fingersplit_client.schemas.problem import InvalidField, Problem
 from fingersplit_client.schemas.resources import (
+    HandDescriptionCreate,
+    HandDetail,
     HandFinger,
     HandInfo,
     HandJoint,
@@ -94,6 +96,8 @@ __all__ = [
     "GraspTimings",
     "GraspVerification",
     "Grip",
+    "HandDescriptionCreate",
+    "HandDetail",
     "HandFinger",
     "HandInfo",
     "HandJoint",

@@ -10,6 +10,8 @@ from fingersplit_client.schemas.objects import CloudReport, IntakeReport, Object
 from fingersplit_client.schemas.plan import ParallelGrasp
 
 __all__ = [
+    "HandDescriptionCreate",
+    "HandDetail",
     "HandFinger",
     "HandInfo",
     "HandJoint",
@@ -143,10 +145,36 @@ class HandFinger(Document):
 class HandInfo(Document):
     """A hand that can be planned for."""
 
-    name: str = Field(description="Name to use in a job.")
+    name: str = Field(description="Name to use in a job; of an uploaded hand its id, a hash of its files.")
     title: str = Field(description="Maker and model.")
     fingers: list[HandFinger] = Field(description="Its fingers.")
     joints: list[HandJoint] = Field(description="Its joints with their limits [rad].")
+    sha256: str = Field(default="", description="Hash of the description and the model files, hexadecimal.")
+    origin: Literal["shipped", "uploaded"] = Field(
+        default="shipped", description="Whether it comes with the service or was uploaded with this key."
+    )
+    drafted: bool = Field(
+        default=False, description="Whether its description was proposed by the program and not looked at by a person."
+    )
+    created_at: datetime | None = Field(default=None, description="When it was uploaded, UTC; null of a shipped one.")
+
+
+class HandDetail(HandInfo):
+    """A hand with its description and what was found by moving it."""
+
+    description: str = Field(description="The description of the hand, TOML, as in its `hand.toml`.")
+    report: dict[str, Any] = Field(
+        description="What the check found: joints, drivers, couplings, shapes, grips, and `advice` on what to change."
+    )
+    trial: list[dict[str, Any]] | None = Field(
+        description="Plans for a sphere, a box and a cylinder in three sizes, by grip; null until it was tried."
+    )
+
+
+class HandDescriptionCreate(Document):
+    """A corrected description of a hand that is there."""
+
+    description: str = Field(description="The whole description, TOML.", max_length=200_000)
 
 
 class Health(Document):

@@ -40,6 +40,14 @@ export const createJob = (body) => post("/v1/jobs", body);
 export const cancelJob = (id) => call(`/v1/jobs/${id}/cancel`, { method: "POST" });
 export const deleteJob = (id) => call(`/v1/jobs/${id}`, { method: "DELETE" });
 export const curve = (id, rank) => call(`/v1/jobs/${id}/grasps/${rank}/curve`);
+export const scene = (id, rank) => call(`/v1/jobs/${id}/grasps/${rank}/scene`);
+export const motion = (id, rank) => call(`/v1/jobs/${id}/grasps/${rank}/motion`);
+export const starts = (id) => call(`/v1/jobs/${id}/starts`);
+export const hand = (name) => call(`/v1/hands/${name}`);
+export const handScene = (name) => call(`/v1/hands/${name}/scene`);
+export const tryHand = (name) => call(`/v1/hands/${name}/trial`, { method: "POST" });
+export const correctHand = (name, description) => post(`/v1/hands/${name}/descriptions`, { description });
+export const deleteHand = (name) => call(`/v1/hands/${name}`, { method: "DELETE" });
 export const signIn = (key) => post("/review/session", { key });
 
 export function jobs(filters) {
@@ -54,7 +62,16 @@ export function upload(file, unit) {
   return call("/v1/objects", { method: "POST", body: form });
 }
 
+export function uploadHand(file, fields) {
+  const form = new FormData();
+  form.append("file", file);
+  for (const [name, value] of Object.entries(fields)) if (value) form.append(name, value);
+  return call("/v1/hands", { method: "POST", body: form });
+}
+
 export const links = {
+  hand: (name) => `/review/hands/${name}`,
+  handPicture: (name) => `/v1/hands/${name}/picture.png`,
   run: (id) => `/review/runs/${id}`,
   thumbnail: (id) => `/v1/jobs/${id}/thumbnail.webp`,
   result: (id) => `/v1/jobs/${id}`,

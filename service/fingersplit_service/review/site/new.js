@@ -2,6 +2,7 @@
 
 import * as api from "./api.js";
 import { find, forgive, h, report, show } from "./dom.js";
+import { watchDrop } from "./drop.js";
 import { sentence } from "./format.js";
 
 const form = find("form");
@@ -126,26 +127,6 @@ function verdict(job) {
   return job.feasible > 0 ? h("span", { class: "badge good" }, "Grasp found") : h("span", { class: "badge warn" }, "No feasible grasp");
 }
 
-function takeFile(file) {
-  find("#drop strong").textContent = file ? file.name : "Choose a mesh file, or drop it here";
-  find("#drop .hint").textContent = file ? `${(file.size / 1e6).toFixed(2)} MB` : "STL, OBJ, PLY, OFF or GLB";
-}
-
-function watchDrops() {
-  const drop = find("#drop");
-  form.elements.file.addEventListener("change", (event) => takeFile(event.target.files[0]));
-  for (const name of ["dragover", "dragleave", "drop"]) {
-    drop.addEventListener(name, (event) => {
-      event.preventDefault();
-      drop.classList.toggle("over", name === "dragover");
-      if (name === "drop" && event.dataTransfer.files.length) {
-        form.elements.file.files = event.dataTransfer.files;
-        takeFile(event.dataTransfer.files[0]);
-      }
-    });
-  }
-}
-
 async function startAgain() {
   const job = await api.job(earlier);
   object = job.object_id;
@@ -160,7 +141,7 @@ async function startAgain() {
 }
 
 async function start() {
-  watchDrops();
+  watchDrop(find("#drop"), form.elements.file, "Choose a mesh file, or drop it here", "STL, OBJ, PLY, OFF, GLB; point clouds as PLY, PCD, NPZ");
   form.addEventListener("submit", submit);
   find("#cancel").addEventListener("click", () => current && api.cancelJob(current.id).catch(report));
   try {
@@ -169,6 +150,8 @@ async function start() {
     form.elements.hand.append(...[...titles].map(([name, [maker]]) => h("option", { value: name }, maker)));
     const describe = () => (find("#about-hand").textContent = sentence(titles.get(form.elements.hand.value)?.[1] ?? ""));
     form.elements.hand.addEventListener("change", describe);
+    const wanted = new URLSearchParams(location.search).get("hand");
+    if (titles.has(wanted)) form.elements.hand.value = wanted;
     if (earlier) await startAgain();
     describe();
   } catch (error) {

@@ -1,4 +1,4 @@
-// The place of a recording on a run's page: a moving picture first, the viewer when it is asked for.
+// The place of a recording on a run's page: the viewer opens when it is asked for.
 
 import { links } from "./api.js";
 import { find, h } from "./dom.js";
@@ -8,27 +8,19 @@ const SAYS = {
   started: "Opening the recording.",
 };
 
-// Show the moving picture of a grasp, and the way to its recording.
+// Offer the recording of a grasp.
 export function invite(job, rank) {
   const place = find("#recording");
   place.hidden = false;
   place.classList.add("closed");
   place.removeAttribute("data-state");
-  const poster = h("img", {
-    class: "poster",
-    src: links.animation(job.id, rank),
-    alt: `How grasp ${rank} of ${job.object_name} came about: the hand closes and its fingers split`,
-    width: 480,
-    height: 360,
-  });
   place.replaceChildren(
-    poster,
     h(
       "div",
       { class: "invitation" },
       h("h2", {}, `Recording of grasp ${rank}`),
-      h("p", { class: "hint" }, "Every step of the search on one timeline: hand, contacts, friction cones, quality, and the lift where there was one."),
-      h("button", { class: "primary", type: "button", on: { click: () => open(job, rank) } }, "Open the recording"),
+      h("p", { class: "hint" }, "Every step of the search on one timeline, with curves and log, in rerun's viewer."),
+      h("button", { type: "button", on: { click: () => open(job, rank) } }, "Open the recording"),
       h("a", { href: links.recording(job.id, rank), download: `${job.object_name}-grasp-${rank}.rrd` }, "Download it for rerun"),
     ),
   );
@@ -61,5 +53,5 @@ function fail(job, rank, detail) {
   invite(job, rank);
   const place = find("#recording");
   place.dataset.state = "failed";
-  place.querySelector(".invitation").prepend(h("p", { class: "error", role: "alert" }, `${detail} The moving picture shows the search; the download opens in rerun.`));
+  place.querySelector(".invitation").prepend(h("p", { class: "error", role: "alert" }, `${detail} The download opens in rerun.`));
 }

@@ -5,10 +5,14 @@ import { qualityChart } from "./chart.js";
 import { card, facts, find, forgive, h, report, show } from "./dom.js";
 import { duration, exact, heading, number, sentence, standing, took, words } from "./format.js";
 import { invite } from "./recording.js";
+import { verdict, verificationReport } from "./report.js";
+import { viewStarts } from "./starts3d.js";
+import { viewGrasp } from "./view3d.js";
 
 const id = location.pathname.split("/").at(-1);
 const quality = h("div");
 const details = h("div");
+const verified = card("Verification", { wide: true });
 const downloads = h("ul", { class: "downloads" });
 let metrics = [];
 let formats = [];
@@ -27,6 +31,7 @@ function draw(job) {
   forgive();
   drawHead(job);
   find("#again").href = `/review/new?from=${id}`;
+  find("#share").onclick = () => navigator.clipboard.writeText(location.href).then(() => (find("#share").textContent = "Link copied"), report);
   show(find("#run"));
   const sections = find("#sections");
   sections.replaceChildren();
@@ -35,18 +40,28 @@ function draw(job) {
   if (job.result?.grasps.length) {
     sections.append(
       card("Grasps", { wide: true }, grasps(job)),
+      verified,
       card("Quality over the search", {}, quality),
       card("The chosen grasp", {}, details),
-      card("How the starts ended", {}, reasons(job.result)),
+      card("How the starts ended", { wide: true }, reasons(job)),
       card("Where the time went", {}, times(job.result)),
     );
-    select(job, job.result.grasps.find((grasp) => grasp.verification?.passed) ?? job.result.grasps[0]);
+    select(job, addressed(job) ?? standard(job));
   } else if (job.result) {
-    sections.append(card("How the starts ended", {}, reasons(job.result)));
+    sections.append(card("How the starts ended", {}, reasons(job)));
   }
   sections.append(card("Downloads", {}, downloads), request(job));
   if (!job.result?.grasps.length) offer(job, null);
 }
+
+// The grasp that the page's address names.
+function addressed(job) {
+  const rank = new URLSearchParams(location.search).get("grasp");
+  return job.result.grasps.find((grasp) => String(grasp.rank) === rank);
+}
+
+// The one that stands for the run: the first that held, else the first.
+const standard = (job) => job.result.grasps.find((grasp) => grasp.verification?.passed) ?? job.result.grasps[0];
 
 function drawHead(job) {
   document.title = `${job.object_name} · Fingersplit`;
@@ -105,11 +120,6 @@ function grasps(job) {
   );
 }
 
-function verdict(verification) {
-  if (!verification) return "–";
-  return h("span", { class: `badge ${verification.passed ? "good" : "bad"}` }, verification.passed ? "held" : "not held");
-}
-
 async function select(job, grasp) {
   for (const row of document.querySelectorAll(".grasps tbody tr")) {
     const chosen = row.dataset.rank === String(grasp.rank);
@@ -117,8 +127,15 @@ async function select(job, grasp) {
     row.querySelector("button").setAttribute("aria-pressed", chosen);
   }
   details.replaceChildren(...graspDetails(grasp));
+  show(verified, Boolean(grasp.verification));
+  if (grasp.verification) verified.querySelector(".body").replaceChildren(...verificationReport(job, grasp));
+  const address = new URL(location.href);
+  address.searchParams.set("grasp", grasp.rank);
+  history.replaceState(null, "", address);
   offer(job, grasp);
   invite(job, grasp.rank);
+  show(find("#view"));
+  viewGrasp(find("#view"), job, grasp.rank, grasp === standard(job) ? api.links.thumbnail(id) : null);
   try {
     const curve = await api.curve(id, grasp.rank);
     quality.replaceChildren(qualityChart([{ name: `Grasp ${grasp.rank}`, ...curve }], "Quality over the search"));
@@ -147,20 +164,11 @@ function graspDetails(grasp) {
         grasp.contacts.map((contact) => [contact.finger, millimetres(contact.position), (1000 * contact.residual).toFixed(3), contact.pad_angle.toFixed(3), contact.force ? number(Math.hypot(...contact.force)) : "–"]),
       ),
     ),
-    grasp.verification ? more("Verification", ...verificationReport(grasp.verification)) : null,
   ];
   return parts.filter(Boolean);
 }
 
-function verificationReport(verification) {
-  const { passed, protocol, reason, explanation, ...rest } = verification;
-  return [
-    h("p", {}, verdict(verification), ` ${sentence(protocol)}. ${explanation ?? words(reason ?? "")}`),
-    h("pre", { tabindex: "0" }, JSON.stringify(rest, null, 2)),
-  ];
-}
-
-const more = (title, ...body) => h("details", { open: title === "Verification" }, h("summary", {}, title), body);
+const more = (title, ...body) => h("details", {}, h("summary", {}, title), body);
 
 function table(heads, rows) {
   return h(
@@ -175,9 +183,13 @@ function bars(entries, text) {
   return h("div", { class: "bars" }, entries.map(([name, value]) => h("div", { class: "bar" }, h("span", {}, sentence(name)), h("meter", { min: 0, max: largest, value, "aria-label": sentence(name) }), h("output", {}, text(value)))));
 }
 
-function reasons(result) {
+function reasons(job) {
+  const { result } = job;
+  const place = h("div", { class: "view inner" });
+  const look = h("button", { type: "button", on: { click: () => viewStarts(place, job) } }, "See each start on the object");
+  place.append(look);
   const entries = Object.entries(result.summary.terminations).sort((a, b) => b[1] - a[1]);
-  return h("div", {}, h("p", { class: "hint" }, `${result.summary.started} starts were run.`), bars(entries, String));
+  return h("div", {}, h("p", { class: "hint" }, `${result.summary.started} starts were run.`), bars(entries, String), place);
 }
 
 function times(result) {
