@@ -1,4 +1,4 @@
-# make demo | test | test-all | coverage | serve | bench | docs | lock | clean
+# make demo | test | test-all | coverage | serve | bench | docs | pictures | lock | clean
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
@@ -11,7 +11,7 @@ export PYTHONUNBUFFERED := 1
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-all coverage serve bench docs lock clean
+.PHONY: help demo test test-all coverage serve bench docs pictures lock clean
 
 help:
 	@echo "make demo      set up, start the service, plan grasps for a mug, print them and write a picture"
@@ -21,6 +21,7 @@ help:
 	@echo "make bench     speed, quality and the paper's tables; report in build/bench"
 	@echo "make coverage  the tests, and every line that none of them runs"
 	@echo "make docs      the documentation site; in build/docs"
+	@echo "make pictures  render the animation of the README again"
 	@echo "make lock      resolve the pinned requirements again (needs uv)"
 	@echo "make clean     remove .venv, build/ and compiled kernels"
 
@@ -47,12 +48,15 @@ docs: $(VENV)/.dev
 	@$(BIN)/sphinx-build -q -W --keep-going -b html docs build/docs
 	@echo "==> Open build/docs/index.html"
 
+pictures: $(VENV)/.kernels
+	@$(BIN)/python scripts/pictures.py
+
 coverage: $(VENV)/.dev $(VENV)/.kernels $(VENV)/.viewer
 	$(PYTEST) -m "not campaign" --cov --cov-report=term-missing:skip-covered
 
 lock:
-	$(COMPILE_LOCK) --group build -o requirements/run.lock
-	$(COMPILE_LOCK) --group dev -c requirements/run.lock -o requirements/dev.lock
+	$(COMPILE_LOCK) --group dev -o requirements/dev.lock
+	$(COMPILE_LOCK) --group build -c requirements/dev.lock -o requirements/run.lock
 
 clean:
 	rm -rf $(VENV) build
