@@ -4,14 +4,18 @@ __all__ = [
     "COLLISION",
     "CONE",
     "FINGERS",
+    "FORBIDDEN",
     "FORCE",
     "LINK",
     "OBJECT",
+    "OBSTACLE",
     "PALM",
     "PARALLEL",
     "PHASES",
     "REFERENCE",
     "STEP",
+    "SUPPORT",
+    "WAY",
     "fractions",
     "rgba",
 ]
@@ -28,6 +32,10 @@ STEP = (242, 194, 48, 255)
 REFERENCE = (255, 255, 255, 255)
 COLLISION = (230, 40, 40, 255)
 FORCE = (60, 190, 110, 255)
+SUPPORT = (176, 140, 104, 120)
+OBSTACLE = (214, 116, 62, 150)
+FORBIDDEN = (214, 48, 49, 200)
+WAY = (150, 110, 220, 255)
 
 
 def rgba(color: str) -> tuple[int, int, int, int]:

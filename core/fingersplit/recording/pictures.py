@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import groupby
+from itertools import groupby, pairwise
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +18,7 @@ from fingersplit.recording import colors
 from fingersplit.recording.looks import posed_looks
 from fingersplit.recording.raycast import Camera, Layer, render, unobstructed
 from fingersplit.recording.replay import QualityCurve, ReplayedGrasp
+from fingersplit.recording.surroundings import find_surroundings, path_of
 from fingersplit.transforms import transform_points
 
 with extra("pictures"):
@@ -36,12 +37,24 @@ __all__ = [
     "grasp_camera",
     "grasp_layers",
     "shade_phases",
+    "surrounding_layers",
+    "way_layers",
 ]
 
 CONTACT_RADIUS = 3.5e-3
 """[m]"""
 ARROW = 0.03
 """Length of the arrows along the contact normals [m]."""
+WAY_RADIUS = 1.5e-3
+"""Of the palm's way in and out [m]."""
+CLOUD_BALLS, CLOUD_RADIUS = 1_500, 2e-3
+"""How many points of a cloud are drawn at most, and how large [m]."""
+_AROUND = {
+    "support": colors.SUPPORT,
+    "obstacle": colors.OBSTACLE,
+    "cloud": colors.OBSTACLE,
+    "forbidden": colors.FORBIDDEN,
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,6 +84,38 @@ def grasp_layers(mesh: Mesh, hand: Hand, state: GraspView) -> list[Layer]:
         head.apply_transform(trimesh.geometry.align_vectors([0, 0, 1], tip - shaft_end))
         layers.append(Layer(head.vertices + shaft_end, head.faces, rgba))
     return layers
+
+
+def surrounding_layers(replayed: ReplayedGrasp, model: ObjectModel) -> list[Layer]:
+    """Supports, obstacles, clouds as small balls, and surface that must not be touched, in the object frame."""
+    layers = []
+    for one in find_surroundings(replayed.scene, model, replayed.rejected_by):
+        color = colors.fractions(_AROUND[one.kind])
+        if one.kind == "cloud":
+            layers.append(_balls(one.vertices, color))
+        else:
+            layers.append(Layer(one.vertices, one.faces, color))
+    return layers
+
+
+def way_layers(replayed: ReplayedGrasp) -> list[Layer]:
+    """The way of the palm's origin in and out, as thin rods, where the grasp has one."""
+    path, rgba = path_of(replayed.grasp), colors.fractions(colors.WAY)
+    rods = []
+    for start, end in pairwise(path):
+        if np.linalg.norm(end - start) > WAY_RADIUS:
+            rod = trimesh.creation.cylinder(radius=WAY_RADIUS, segment=[start, end], sections=16)
+            rods.append(Layer(rod.vertices, rod.faces, rgba))
+    return rods
+
+
+def _balls(points: NDArray[np.float64], rgba: tuple[float, float, float, float]) -> Layer:
+    """A small ball at some of the points."""
+    shown = points[:: max(1, len(points) // CLOUD_BALLS)]
+    ball = trimesh.creation.icosphere(subdivisions=0, radius=CLOUD_RADIUS)
+    vertices = (shown[:, None] + ball.vertices).reshape(-1, 3)
+    steps = len(ball.vertices) * np.arange(len(shown))
+    return Layer(vertices, (steps[:, None, None] + ball.faces).reshape(-1, 3), (*rgba[:3], 1.0))
 
 
 def grasp_camera(scenes: Sequence[list[Layer]], states: tuple[GraspView, GraspView]) -> Camera:
@@ -107,24 +152,28 @@ def draw_picture(path: Path, replayed: ReplayedGrasp, model: ObjectModel, hand: 
     states = _state(replayed, 0), _state(replayed, -1)
     scenes = [grasp_layers(model.mesh, hand, state) for state in states]
     camera = grasp_camera(scenes, states)
+    around, way = surrounding_layers(replayed, model), way_layers(replayed)
     figure = Figure(figsize=(15, 5.4), dpi=100, layout="constrained")
     FigureCanvasAgg(figure)
     start, end, profile = figure.subplots(1, 3, width_ratios=(1, 1, 1.05))
-    for axes, layers, heading in ((start, scenes[0], "start"), (end, scenes[1], "end")):
+    for axes, layers, heading in ((start, scenes[0] + around, "start"), (end, scenes[1] + around + way, "end")):
         axes.imshow(render(layers, camera))
         axes.set_title(heading)
         axes.set_axis_off()
     _draw_curve(profile, replayed.curve)
     figure.suptitle(f"{model.name}, {hand.name} hand, {replayed.grasp.title}", fontweight="bold")
+    if replayed.rejected_by:
+        told = ", ".join(f"{name} {count}" for name, count in replayed.rejected_by.items())
+        figure.supxlabel(f"candidates rejected by: {told}", fontsize="small")
     figure.savefig(path, format="png", facecolor="white")
 
 
-def draw_thumbnail(path: Path, grasp: Grasp, model: ObjectModel, hand: Hand) -> None:
-    """Write a small WebP of one grasp on a transparent ground."""
+def draw_thumbnail(path: Path, grasp: Grasp, model: ObjectModel, hand: Hand, around: Sequence[Layer] = ()) -> None:
+    """Write a small WebP of one grasp on a transparent ground, with what stands around it."""
     view = GraspView(grasp.object_from_palm, grasp.joints, grasp.contacts, grasp.normals)
     layers = grasp_layers(model.mesh, hand, view)
     camera = _framed(grasp_camera([layers, layers], (view, view)), [layers], THUMBNAIL_SIZE)
-    _image(layers, camera).save(path, format="WEBP", quality=QUALITY)
+    _image([*layers, *around], camera).save(path, format="WEBP", quality=QUALITY)
 
 
 def draw_animation(path: Path, replayed: ReplayedGrasp, model: ObjectModel, hand: Hand) -> None:
@@ -134,7 +183,8 @@ def draw_animation(path: Path, replayed: ReplayedGrasp, model: ObjectModel, hand
     scenes = [grasp_layers(model.mesh, hand, state) for state in states]
     ends = [scenes[0], scenes[-1]]
     camera = _framed(grasp_camera(ends, (states[0], states[-1])), ends, ANIMATION_SIZE)
-    images = [_image(layers, camera) for layers in scenes]
+    around = surrounding_layers(replayed, model)
+    images = [_image(layers + around, camera) for layers in scenes]
     images[0].save(
         path,
         format="WEBP",

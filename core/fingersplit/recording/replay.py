@@ -3,8 +3,8 @@
 Both give the same on the same machine, and a search takes less than a millisecond, so results carry no histories.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,6 +53,7 @@ class ReplayedGrasp:
         scene: What stood around the object.
         frames: The frames of the simulation that verified it, None when there was none.
         initial_frames: The same for its mapped start.
+        rejected_by: Candidates that each obstacle rejected.
     """
 
     grasp: GraspResult
@@ -61,6 +62,7 @@ class ReplayedGrasp:
     scene: PreparedScene
     frames: SimulationFrames | None = None
     initial_frames: SimulationFrames | None = None
+    rejected_by: Mapping[str, int] = field(default_factory=dict)
 
     @property
     def curve(self) -> QualityCurve:
@@ -104,6 +106,7 @@ def replay(
         scene=scene,
         frames=again.frames(grasp.verification, run.final),
         initial_frames=again.frames(grasp.initial.verification, run.initial),
+        rejected_by={} if result.scene is None else result.scene.rejected_by,
     )
 
 

@@ -29,6 +29,7 @@ from fingersplit.recording.series import (
     simulation_indexes,
 )
 from fingersplit.recording.shading import ShadedMesh, shade_hand, shade_object
+from fingersplit.recording.surroundings import find_surroundings, path_of
 from fingersplit.verification import SimulationFrames
 
 with extra("recording"):
@@ -38,6 +39,8 @@ __all__ = ["hand_entities", "log_bodies", "write_recording"]
 
 CONTACT_RADIUS = 3e-3
 """[m]"""
+POINT_RADIUS = 1.5e-3
+"""Of the points of a cloud [m]."""
 APPROACH_LENGTH = 0.05
 """Of the arrow along which the palm comes [m]; it ends as far before the middle of the jaws."""
 
@@ -72,6 +75,26 @@ def log_bodies(stream: rr.RecordingStream, model: ObjectModel, hand: Hand, repla
         if metric.recorded_states:
             stream.log(f"metrics/{metric.curve}", rr.SeriesPoints(marker_sizes=4.0), static=True)
     _log_parallel_grasp(stream, replayed)
+    _log_surroundings(stream, model, replayed)
+
+
+def _log_surroundings(stream: rr.RecordingStream, model: ObjectModel, replayed: ReplayedGrasp) -> None:
+    """Supports, obstacles, surface that must not be touched, and the palm's way in and out."""
+    for one in find_surroundings(replayed.scene, model, replayed.rejected_by):
+        entity = ["world", "scene", one.name]
+        color = {"support": colors.SUPPORT, "forbidden": colors.FORBIDDEN}.get(one.kind, colors.OBSTACLE)
+        if one.kind == "cloud":
+            stream.log(entity, rr.Points3D(one.vertices, colors=color, radii=POINT_RADIUS), static=True)
+        else:
+            mesh = rr.Mesh3D(vertex_positions=one.vertices, triangle_indices=one.faces, albedo_factor=color)
+            stream.log(entity, mesh, static=True)
+    if len(replayed.scene.names):
+        path = rr.LineStrips3D([path_of(replayed.grasp)], colors=colors.WAY, radii=CONTACT_RADIUS / 5)
+        stream.log("world/way", path, static=True)
+    if replayed.rejected_by:
+        told = "\n".join(f"- {name}: {count}" for name, count in replayed.rejected_by.items())
+        text = rr.TextDocument(f"Candidates rejected by\n\n{told}", media_type="text/markdown")
+        stream.log("rejected", text, static=True)
 
 
 def _log_mesh(stream: rr.RecordingStream, entity: str, mesh: ShadedMesh, color: tuple[int, int, int, int]) -> None:

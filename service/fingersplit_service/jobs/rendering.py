@@ -93,7 +93,7 @@ def render_view(storage: Storage, task: RenderTask) -> None:
         ResultError: The result is of another version, or the grasp could not be reproduced.
         FileNotFoundError: The job was deleted meanwhile.
     """
-    from fingersplit.recording.pictures import draw_animation, draw_picture, draw_thumbnail
+    from fingersplit.recording.pictures import draw_animation, draw_picture, draw_thumbnail, surrounding_layers
     from fingersplit.recording.replay import replay
     from fingersplit.result import PlanResult
 
@@ -107,7 +107,8 @@ def render_view(storage: Storage, task: RenderTask) -> None:
             case "picture.png":
                 draw_picture(staged, replayed, model, hand)
             case "thumbnail.webp":
-                draw_thumbnail(staged, replayed.grasp.for_hand(hand), model, hand)
+                around = surrounding_layers(replayed, model)
+                draw_thumbnail(staged, replayed.grasp.for_hand(hand), model, hand, around)
             case "animation.webp":
                 draw_animation(staged, replayed, model, hand)
             case "curve.json":
