@@ -105,6 +105,7 @@ def plan(
     initial: Annotated[bool, typer.Option(help="Verify the initial parallel grasps, too.")] = False,
 ) -> None:
     """Plan grasps for a mesh or a point cloud and print them, best first."""
+    from fingersplit.cli.objects import known_obstacles
     from fingersplit.cli.scenes import read_constraints
     from fingersplit.contacts.friction import without_friction
     from fingersplit.formats.importing import import_parallel_grasps
@@ -159,12 +160,14 @@ def plan(
                 friction=simulated_friction,
                 threads=2,
                 initial=initial,
+                obstacle=known_obstacles(constraints),
             )
         if result.grasps and (picture is not None or recording is not None):
             from fingersplit.recording.replay import replay
 
             report("drawing", 0.0)
-            replayed = replay(result, 1, model, planned_hand, lambda: decompose(model.mesh))
+            around = known_obstacles(constraints)
+            replayed = replay(result, 1, model, planned_hand, lambda: decompose(model.mesh), around)
             if picture is not None:
                 from fingersplit.recording.pictures import draw_picture
 

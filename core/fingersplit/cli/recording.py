@@ -23,13 +23,17 @@ def record(
     hand: Annotated[
         str | None, typer.Option(help="Name, folder or zip of the hand; default: the one of the result by its name.")
     ] = None,
+    obstacle: Annotated[
+        list[Path] | None,
+        typer.Option(help="File of a mesh or cloud among the obstacles; repeatable.", exists=True, dir_okay=False),
+    ] = None,
     output: Annotated[
         Path | None,
         typer.Option("--output", "-o", help="Recording to write.", show_default="RESULT with the suffix .rrd"),
     ] = None,
 ) -> None:
     """Record a stored grasp: its search is repeated, which must give the same grasp, and so is its verification."""
-    from fingersplit.cli.objects import load_origin
+    from fingersplit.cli.objects import load_origin, obstacle_files
     from fingersplit.objects.convex_pieces import decompose
     from fingersplit.recording.replay import replay
     from fingersplit.recording.run_recording import write_recording
@@ -40,7 +44,8 @@ def record(
     stored = read_result(result)
     stored.grasp(rank)
     model, known_hand = load_origin(stored, file, hand)
-    replayed = replay(stored, rank, model, known_hand, lambda: decompose(model.mesh))
+    around = obstacle_files(obstacle or [])
+    replayed = replay(stored, rank, model, known_hand, lambda: decompose(model.mesh), around)
     write_recording(path, replayed, model, known_hand)
     typer.echo(f"Wrote {path}: {len(replayed.trace)} states, {path.stat().st_size / 1e6:.1f} MB.")
 

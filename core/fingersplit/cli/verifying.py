@@ -1,6 +1,6 @@
 """The command ``fingersplit verify``: stored grasps are simulated again, whoever planned them."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Self
@@ -17,7 +17,11 @@ from fingersplit.objects.model import ObjectModel
 from fingersplit.result.verification import Verification
 
 if TYPE_CHECKING:
+    from fingersplit.objects.convex_pieces import ConvexPieces
+    from fingersplit.result.grasp import GraspResult
+    from fingersplit.result.plan import PlanResult
     from fingersplit.verification.published import Execution
+    from fingersplit.verification.ranked_pick import ResultPicks
 
 __all__ = ["verify_stored"]
 
@@ -63,6 +67,12 @@ def verify_stored(
     mass: Annotated[float | None, typer.Option(help="Mass of the object [kg]; default: the planned one.")] = None,
     rank: Annotated[int | None, typer.Option(help="Only the grasp at this place of the file, from 1.", min=1)] = None,
     initial: Annotated[bool, typer.Option(help="Verify the initial parallel grasps, too.")] = False,
+    obstacle: Annotated[
+        list[Path] | None,
+        typer.Option(
+            help="For pick: file of a mesh or cloud among the obstacles; repeatable.", exists=True, dir_okay=False
+        ),
+    ] = None,
     threads: Annotated[int, typer.Option(help="Directions simulated at a time.", min=1)] = 2,
     json_file: Annotated[
         Path | None, typer.Option("--json", help="Write the reports here; - for standard output.")
@@ -78,6 +88,7 @@ def verify_stored(
     from fingersplit.verification import verify
     from fingersplit.verification.controllers import load_controller
     from fingersplit.verification.protocols import load_protocol
+    from fingersplit.verification.protocols.pick import Pick
 
     output = JsonOutput(json_file)
     preset, chosen_controller = load_protocol(protocol, named_values(number)), load_controller(controller)
@@ -101,14 +112,18 @@ def verify_stored(
             threads=threads,
         )
 
-    rows = [
-        _Row(
-            one.name,
-            report(one.final, one.execution),
-            report(one.initial) if initial and one.initial is not None else None,
-        )
-        for one in chosen
-    ]
+    if isinstance(preset, Pick):
+        pick, reachable = stored.picks(pieces, obstacle or []), [one for one in chosen if rank or one.pregrasp]
+        rows = [_Row(one.name, pick.verify(one.result, preset, friction), None) for one in reachable if one.result]
+    else:
+        rows = [
+            _Row(
+                one.name,
+                report(one.final, one.execution),
+                report(one.initial) if initial and one.initial is not None else None,
+            )
+            for one in chosen
+        ]
     output.console.print(_table(f"{object_file.stem}, {stored.hand.name}, {protocol}", rows))
     document = {
         "hand": stored.hand.name,
@@ -122,12 +137,21 @@ def verify_stored(
 
 @dataclass(frozen=True, eq=False)
 class _Named:
-    """A grasp to verify: its name in the file, how it is executed and what it began as where the file says so."""
+    """A grasp to verify: its name in the file, how it is executed and what it began as where the file says so.
+
+    Of a result, also the grasp as it stands there.
+    """
 
     name: str
     final: Grasp
     execution: "Execution | None" = None
     initial: Grasp | None = None
+    result: "GraspResult | None" = None
+
+    @property
+    def pregrasp(self) -> bool:
+        """Whether a straight way in is free."""
+        return self.result is not None and self.result.pregrasp is not None
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,6 +162,20 @@ class _Stored:
     model: ObjectModel
     grasps: tuple[_Named, ...]
     friction: float | None
+    result: "PlanResult | None" = None
+
+    def picks(self, pieces: "ConvexPieces", obstacles: Sequence[Path]) -> "ResultPicks":
+        """What picks the grasps in the scene that they were planned in.
+
+        Raises:
+            SettingsError: The file is no result, so there is no scene and no approach in it.
+        """
+        from fingersplit.cli.objects import obstacle_files
+        from fingersplit.verification.ranked_pick import ResultPicks
+
+        if self.result is None:
+            raise SettingsError("Protocol 'pick' needs the scene and the ways of a result, as `plan --json` writes it.")
+        return ResultPicks(self.result, self.model, self.hand, pieces, obstacle_files(obstacles))
 
     @classmethod
     def read(cls, file: Path, object_file: Path, unit: str | None, hand: str | None) -> Self:
@@ -163,10 +201,11 @@ class _Stored:
                 one.for_hand(known_hand),
                 Execution.of_result(one, known_hand),
                 one.initial.for_hand(known_hand),
+                one,
             )
             for one in result.grasps
         )
-        return cls(known_hand, model, grasps, result.friction)
+        return cls(known_hand, model, grasps, result.friction, result)
 
     @classmethod
     def _from_other_tool(cls, file: Path, object_file: Path, unit: str, hand: str) -> Self:

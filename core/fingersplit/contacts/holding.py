@@ -41,15 +41,17 @@ class Holding:
     Attributes:
         margin: Friction force that the weakest contact has to spare in the worst direction, at the best forces [N];
             negative when the weight cannot be carried, minus infinity when no forces balance it.
-        gravity: The worst direction of gravity in the object frame, (3,).
+        gravity: Direction of its force in the object frame, (3,): of gravity, where the weight is all there is.
         frictions: Friction coefficient that counts at each contact, (F,).
-        forces: Smallest forces on the object that carry the weight in that direction, (F, 3) [N], None when none do.
+        forces: Smallest forces on the object that carry that load, (F, 3) [N], None when none do.
+        load: Number of the worst load.
     """
 
     margin: float
     gravity: NDArray[np.float64]
     frictions: NDArray[np.float64]
     forces: NDArray[np.float64] | None
+    load: int = 0
 
 
 class Contacts(NamedTuple):
@@ -75,6 +77,7 @@ def assess_holding(
     mass: float,
     center: NDArray[np.float64],
     threads: int = 1,
+    loads: NDArray[np.float64] | None = None,
 ) -> list[Holding]:
     """How each of n grasps holds an object.
 
@@ -85,17 +88,20 @@ def assess_holding(
         mass: Of the object [kg].
         center: Its centre of mass, (3,) [m].
         threads: Grasps judged at a time.
+        loads: Wrenches on the object about its centre of mass, object frame, force first, (L, 6) [N, N m]; None for its
+            weight along the six directions of its axes.
     """
+    if loads is None:
+        loads = np.hstack([mass * GRAVITY * _DIRECTIONS, np.zeros((6, 3))])
     n, fingers, _ = contacts.points.shape
     length = max(float(np.abs(contacts.points - center).max()), 1e-6)
     G = grasp_matrix(contacts.points, center, length)  # (n, 6, 3 F)
     _, singular, V = np.linalg.svd(G)
-    weights = np.zeros((6, 6))
-    weights[:, :3] = -mass * GRAVITY * _DIRECTIONS
-    particular = np.einsum("nij,dj->ndi", np.linalg.pinv(G), weights)  # (n, 6 directions, 3 F)
+    balancing = -loads / np.array([1.0, 1.0, 1.0, length, length, length])
+    particular = np.einsum("nij,dj->ndi", np.linalg.pinv(G), balancing)  # (n, L, 3 F)
     spread = singular[:, -1] > MIN_SINGULAR * singular[:, 0]
     null = np.ascontiguousarray(V[:, 6:].transpose(0, 2, 1))
-    frictions, margins = np.empty((n, fingers)), np.empty((n, 6))
+    frictions, margins = np.empty((n, fingers)), np.empty((n, len(loads)))
     forces, found = np.empty((n, fingers, 3)), np.zeros(n, np.bool_)
 
     def judge(part: slice) -> None:
@@ -107,8 +113,15 @@ def assess_holding(
 
     in_threads(judge, n, JUDGED, threads)
     worst = margins.argmin(axis=1)
+    directions = loads[:, :3] / np.maximum(np.linalg.norm(loads[:, :3], axis=1, keepdims=True), 1e-12)
     return [
-        Holding(float(margins[i, worst[i]]), _DIRECTIONS[worst[i]], frictions[i], forces[i] if found[i] else None)
+        Holding(
+            margin=float(margins[i, worst[i]]),
+            gravity=directions[worst[i]],
+            frictions=frictions[i],
+            forces=forces[i] if found[i] else None,
+            load=int(worst[i]),
+        )
         for i in range(n)
     ]
 

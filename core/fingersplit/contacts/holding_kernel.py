@@ -25,7 +25,7 @@ OTHER_SIDE = -0.5
 
 @kernel
 def assess_grasps(contacts, surface, friction, particular, null, spread, frictions, margins, forces, found, scratch):
-    """Frictions (n, F), margins (n, 6), and the worst direction's forces (n, F, 3) where any are ``found`` (n,)."""
+    """Frictions (n, F), margins (n, L), and the worst load's forces (n, F, 3) where any are ``found`` (n,)."""
     s = scratch[0]
     free = null.shape[2]
     for i in range(len(frictions)):
@@ -37,7 +37,7 @@ def assess_grasps(contacts, surface, friction, particular, null, spread, frictio
         if not spread[i]:
             continue
         worst = 0
-        for d in range(6):
+        for d in range(margins.shape[1]):
             rows = _fill_rows(contacts, i, particular[i, d], null[i], frictions[i], 1.0, s)
             s.c[:], s.c[free] = 0.0, 1.0
             if maximize(s.c, s.A, s.b, rows, free + 1, s.x, s):

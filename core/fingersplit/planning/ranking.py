@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fingersplit.contacts.grip_plan import plan_grip
 from fingersplit.contacts.holding import GRAVITY, Contacts, Holding, assess_holding
@@ -19,6 +20,7 @@ from fingersplit.objects.model import ObjectModel
 from fingersplit.parallel_grasps.antipodal import MIN_OPENING
 from fingersplit.parallel_grasps.guided_starts_kernel import TOUCHING
 from fingersplit.planning.run import Run
+from fingersplit.scene.task import Task
 
 __all__ = ["RankedGrasp", "describe_outcome", "rank_runs"]
 
@@ -63,7 +65,9 @@ def rank_runs(
     """
     if not runs:
         return ()
-    holdings = assess_holding(_contacts(runs), model.surface, friction, model.mass, model.center_of_mass, threads)
+    loads = _loads(runs[0], model)
+    center = model.center_of_mass
+    holdings = assess_holding(_contacts(runs), model.surface, friction, model.mass, center, threads, loads)
     order = sorted(
         range(len(runs)),
         key=lambda i: (runs[i].violation_count, -holdings[i].margin, -runs[i].last.quality),
@@ -77,6 +81,15 @@ def rank_runs(
     executions = {i: _execution(runs[i], holdings[i], model) for i in kept}
     kept.sort(key=lambda i: (runs[i].violation_count, holdings[i].margin < 0.0, executions[i].grip.supporting.any()))
     return tuple(_planned(rank, runs[i], holdings[i], executions[i], model, friction) for rank, i in enumerate(kept, 1))
+
+
+def _loads(run: Run, model: ObjectModel) -> NDArray[np.float64] | None:
+    """Loads of a request's task (L, 6), see ``assess_holding``; None for the weight alone, whichever way is down."""
+    if run.scene is None or run.scene.constraints.task == Task():
+        return None
+    constraints = run.scene.constraints
+    gravity = np.array(constraints.scene.gravity)
+    return constraints.task.loads(model.mass, model.center_of_mass, gravity, run.scene.world_from_object)
 
 
 def _execution(run: Run, holding: Holding, model: ObjectModel) -> GraspExecution:
@@ -107,25 +120,30 @@ def _reason(run: Run, holding: Holding, execution: GraspExecution, weight: float
     """Why a grasp stands where it does, in a sentence or two."""
     if not run.feasible:
         return f"Ranked after every feasible grasp: {run.violations[0]}"
-    down = _direction_name(holding.gravity)
     weakest = run.hand.fingers[int(holding.frictions.argmin())].name
-    if holding.margin == -math.inf:
-        held = "Cannot balance the object's weight: the contacts lie nearly on a line"
-    elif holding.margin < 0:
-        held = (
-            f"Cannot support the object's weight ({weight:.2f} N) with gravity along {down}: the contacts lack "
-            f"{-holding.margin:.2f} N of friction force"
-        )
-    else:
-        held = (
-            f"Supports the object's weight ({weight:.2f} N) for every tested gravity direction; minimum friction "
-            f"margin {holding.margin:.2f} N, with gravity along {down}"
-        )
+    held = _held(run, holding, weight)
     only = [finger.name for finger, rests in zip(run.hand.fingers, execution.grip.supporting, strict=True) if rests]
     supports = f" Takes no share of the grip and only supports: {', '.join(only)}." if only else ""
     approach = "" if execution.pregrasp_pose is not None else " No collision-free straight approach."
     lowest = f"lowest effective friction coefficient: {holding.frictions.min():.2f} at {weakest}"
     return f"{held}; {lowest}.{supports}{approach}"
+
+
+def _held(run: Run, holding: Holding, weight: float) -> str:
+    """What a grasp carries, and with how much to spare."""
+    task = Task() if run.scene is None else run.scene.constraints.task
+    carried, every = f"the object's weight ({weight:.2f} N)", "for every tested gravity direction"
+    worst = f"with gravity along {_direction_name(holding.gravity)}"
+    if task.gravity == "scene":
+        every, worst = "under the scene's gravity", "there"
+    if task.wrenches:
+        number = holding.load % len(task.wrenches)
+        carried, worst = f"{carried} and every wrench of the task", f"{worst} and wrench {number}"
+    if holding.margin == -math.inf:
+        return f"Cannot balance {carried}: the contacts lie nearly on a line"
+    if holding.margin < 0:
+        return f"Cannot support {carried} {worst}: the contacts lack {-holding.margin:.2f} N of friction force"
+    return f"Supports {carried} {every}; minimum friction margin {holding.margin:.2f} N, {worst}"
 
 
 def _direction_name(direction: np.ndarray) -> str:

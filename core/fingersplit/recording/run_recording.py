@@ -81,7 +81,7 @@ def log_bodies(stream: rr.RecordingStream, model: ObjectModel, hand: Hand, repla
 def _log_surroundings(stream: rr.RecordingStream, model: ObjectModel, replayed: ReplayedGrasp) -> None:
     """Supports, obstacles, surface that must not be touched, and the palm's way in and out."""
     for one in find_surroundings(replayed.scene, model, replayed.rejected_by):
-        entity = ["world", "scene", one.name]
+        entity: list[object] = ["world", "scene", one.name]
         color = {"support": colors.SUPPORT, "forbidden": colors.FORBIDDEN}.get(one.kind, colors.OBSTACLE)
         if one.kind == "cloud":
             stream.log(entity, rr.Points3D(one.vertices, colors=color, radii=POINT_RADIUS), static=True)

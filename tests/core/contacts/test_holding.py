@@ -291,3 +291,23 @@ def test_far_side_of_a_thin_plate_does_not_count():
 def test_friction_is_never_negative(prepared):
     corner = footprint_friction(prepared("box").surface, (0.025, 0.035, 0.06), (1.0, 0.0, 0.0), 0.1)
     assert corner == 0  # at a corner more than twice the friction angle is lost
+
+
+def test_loads_are_balanced_one_by_one(prepared):
+    """The margin under several loads is the least of those under each, and the weight's six directions are loads."""
+    rng = np.random.default_rng(5)
+    surface, mass = prepared("sphere").surface, 0.3
+    contacts = contacts_at(around(rng))
+    weights = np.hstack([mass * 9.81 * np.vstack([np.eye(3), -np.eye(3)]), np.zeros((6, 3))])
+    loads = np.vstack([weights, np.hstack([rng.normal(0, 3, (5, 3)), rng.normal(0, 0.03, (5, 3))])])
+
+    (usual,) = assess_holding(contacts, surface, 0.6, mass, np.zeros(3))
+    (same,) = assess_holding(contacts, surface, 0.6, mass, np.zeros(3), loads=weights)
+    (together,) = assess_holding(contacts, surface, 0.6, mass, np.zeros(3), loads=loads)
+    each = [assess_holding(contacts, surface, 0.6, mass, np.zeros(3), loads=load[None])[0].margin for load in loads]
+
+    assert same.margin == pytest.approx(usual.margin)
+    assert together.margin == pytest.approx(min(each))
+    assert together.load == int(np.argmin(each))
+    assert together.margin < usual.margin
+    assert together.forces is None or together.forces.sum(axis=0) == pytest.approx(-loads[together.load, :3], abs=1e-6)
