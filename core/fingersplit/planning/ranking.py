@@ -137,8 +137,9 @@ def _held(run: Run, holding: Holding, weight: float) -> str:
     if task.gravity == "scene":
         every, worst = "under the scene's gravity", "there"
     if task.wrenches:
-        number = holding.load % len(task.wrenches)
-        carried, worst = f"{carried} and every wrench of the task", f"{worst} and wrench {number}"
+        carried = f"{carried} and every wrench of the task"
+        number = holding.load % (1 + len(task.wrenches))
+        worst = f"{worst} and wrench {number - 1}" if number else f"{worst} and no wrench"
     if holding.margin == -math.inf:
         return f"Cannot balance {carried}: the contacts lie nearly on a line"
     if holding.margin < 0:

@@ -31,7 +31,9 @@ class Task(Document):
     """The loads that ``holding_margin`` is computed against."""
 
     wrenches: tuple[Wrench, ...] = entry(
-        Several(Record(Wrench), MAX_WRENCHES), "Each is carried together with the weight.", ()
+        Several(Record(Wrench), MAX_WRENCHES),
+        "Each is carried together with the weight, which is also carried alone.",
+        (),
     )
     gravity: str = entry(
         Choice(("any", "scene")), "Gravity along any axis of the object, or as the scene has it.", "any"
@@ -46,6 +48,8 @@ class Task(Document):
     ) -> NDArray[np.float64]:
         """Wrenches (n, 6) on the object about its centre of mass, object frame, force first [N, N m].
 
+        For each direction of gravity the weight alone, then with each of the wrenches: it is also held without them.
+
         Args:
             mass: Of the object [kg].
             center: Its centre of mass, object frame (3,) [m].
@@ -57,7 +61,7 @@ class Task(Document):
         if self.gravity == "scene":
             downs = (object_from_world[:3, :3] @ gravity)[None]
         weights = np.hstack([mass * downs, np.zeros((len(downs), 3))])
-        extra = [self._in_object(wrench, center, object_from_world) for wrench in self.wrenches] or [np.zeros(6)]
+        extra = [np.zeros(6), *(self._in_object(wrench, center, object_from_world) for wrench in self.wrenches)]
         return (weights[:, None] + np.array(extra)).reshape(-1, 6)
 
     @staticmethod

@@ -183,7 +183,8 @@ def test_loads_combine_weight_and_wrenches():
     assert Task().loads(0.5, center, gravity, world_from_object).shape == (6, 6)
     at = (world_from_object @ [0.11, 0.02, 0.03, 1])[:3]
     push = Wrench(force=(0, 0, -2), point=tuple(at), frame="world")
-    (load,) = Task((push,), "scene").loads(0.5, center, gravity, world_from_object)
+    alone, load = Task((push,), "scene").loads(0.5, center, gravity, world_from_object)
+    np.testing.assert_allclose(alone, weight[0], atol=1e-12)
     np.testing.assert_allclose(load, [0, -7, 0, 0, 0, 0.1 * -2], atol=1e-12)
 
 
