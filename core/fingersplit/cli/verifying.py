@@ -97,7 +97,7 @@ def verify_stored(
     planned = decide_friction(planned_friction, stored.friction)
     pieces = decompose(stored.model.mesh)
 
-    def report(grasp: Grasp, execution: Execution | None = None) -> Verification:
+    def report(grasp: Grasp, execution: "Execution | None" = None) -> Verification:
         return verify(
             grasp,
             stored.hand,

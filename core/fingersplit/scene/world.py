@@ -93,7 +93,7 @@ class Obstacle(Document):
         """The same as plain JSON data; an object is named by its id."""
         document = super().to_document()
         model = document.pop("model", None)
-        return document if model is None else {"object_id": model, **document}
+        return document if model is None else document | {"object_id": model}
 
 
 @dataclass(frozen=True)
