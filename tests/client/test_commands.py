@@ -14,7 +14,7 @@ from fingersplit_client import Client, JobCreate, commands
 from fingersplit_client.commands.jobs import State
 from fingersplit_client.schemas import JobState
 
-NAMES = {"cancel", "grasps", "jobs", "outcome", "outcomes", "submit", "watch"}
+NAMES = {"cancel", "grasps", "jobs", "mcp", "outcome", "outcomes", "submit", "watch"}
 
 
 def run(*arguments: object, code: int = 0, server: str = "") -> "subprocess.CompletedProcess[str]":

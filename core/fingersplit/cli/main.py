@@ -1,7 +1,8 @@
 """The ``fingersplit`` program; other distributions add commands through the entry point ``fingersplit.commands``."""
 
 import sys
-from importlib.metadata import entry_points
+from importlib.metadata import entry_points, version
+from typing import Annotated
 
 import typer
 
@@ -12,6 +13,7 @@ from fingersplit.cli.hand import app as hand_app
 from fingersplit.cli.hands import hands, warm
 from fingersplit.cli.planning import plan
 from fingersplit.cli.recording import record, review, setup_viewer
+from fingersplit.cli.settings import scene, settings
 from fingersplit.cli.verifying import verify_stored
 from fingersplit.errors import FingersplitError
 
@@ -22,12 +24,28 @@ BAD_INPUT = 2
 
 
 app = typer.Typer(
-    add_completion=False,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,  # with it, units in brackets would be taken for markup
     help="Grasp planning for multi-fingered hands by finger splitting.",
 )
+
+
+def _tell_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"fingersplit {version('fingersplit')}")
+        raise typer.Exit
+
+
+@app.callback()
+def _program(
+    _version: Annotated[
+        bool, typer.Option("--version", help="Print the version.", callback=_tell_version, is_eager=True)
+    ] = False,
+) -> None:
+    """Grasp planning for multi-fingered hands by finger splitting."""
+
+
 app.command()(plan)
 app.command("verify")(verify_stored)
 app.command()(from_depth)
@@ -38,6 +56,8 @@ app.command()(sources)
 app.command()(record)
 app.command()(review)
 app.command()(setup_viewer)
+app.command()(settings)
+app.command()(scene)
 app.command()(hands)
 app.add_typer(hand_app, name="hand")
 app.command()(warm)

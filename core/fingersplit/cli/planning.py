@@ -109,10 +109,12 @@ def plan(
     from fingersplit.cli.scenes import read_constraints
     from fingersplit.contacts.friction import without_friction
     from fingersplit.formats.importing import import_parallel_grasps
+    from fingersplit.formats.registry import formats_that, known_format
     from fingersplit.hands.hand import load_hand
     from fingersplit.objects.convex_pieces import decompose
     from fingersplit.objects.loading import load_object
     from fingersplit.objects.options import ObjectOptions
+    from fingersplit.parallel_grasps.sources import load_source
     from fingersplit.planning.planning import plan as plan_grasps
     from fingersplit.splitting.settings import PlannerSettings
     from fingersplit.verification import verify_ranked
@@ -121,6 +123,9 @@ def plan(
 
     output = JsonOutput(json_file)
     check_writable(picture, recording)
+    load_source(source)
+    if grasp_format is not None:
+        known_format(grasp_format, formats_that("read_parallel"))
     options = ObjectOptions(density=density, mass=mass, friction=friction, fairing=fairing)
     named, requested_friction = without_friction(named_values(setting))
     settings, planned_hand = PlannerSettings.from_document(named), load_hand(hand)
@@ -182,6 +187,8 @@ def plan(
     for remark in () if model.report is None else model.report.remarks:
         console.print(f"{file.name}: {remark}", highlight=False, markup=False)
     console.print(result_table(result))
+    for line in _legend(result):
+        console.print(line, highlight=False, markup=False, style="dim")
     for line in _scene_lines(result):
         console.print(line, highlight=False, soft_wrap=True)
     output.write(result.to_dict(), "the result")
@@ -191,6 +198,26 @@ def plan(
             console.print(written, highlight=False, soft_wrap=True)
     if not result.feasible:
         raise typer.Exit(NO_FEASIBLE_GRASP)
+
+
+def _legend(result: PlanResult) -> list[str]:
+    """What the columns of the table say, with their units."""
+    from fingersplit.contacts.metrics import available_metrics
+
+    lines = ["feasible: every constraint holds."]
+    for metric in available_metrics().values():
+        if metric.in_tables:
+            better = "higher" if metric.higher_is_better else "lower"
+            lines.append(
+                f"{metric.title}{f' [{metric.unit}]' if metric.unit else ''}: {metric.meaning} ({better} is better)."
+            )
+    if result.summary.verification is None:
+        return [*lines, "pad [rad]: largest angle between a pad and the surface. ended: how the search ended."]
+    return [
+        *lines,
+        "held: simulation; firmly where slip is below 5 mm and turn below 5 degrees.",
+        "slip [mm], turn [degrees]: how far the object moved and turned in the hand.",
+    ]
 
 
 def _scene_lines(result: PlanResult) -> list[str]:

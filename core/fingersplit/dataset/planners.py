@@ -19,7 +19,8 @@ from fingersplit.result.plan import PlanResult
 __all__ = ["LocalPlanner", "ObjectTask", "Planner", "ServicePlanner", "cores"]
 
 PlanRemotely = Callable[[Path, dict[str, Any]], dict[str, Any]]
-"""From a file and what is said of object and job to a result document; ``{"error": ..., "code": ...}`` if refused."""
+"""From a file and what is said of object and job to a result document; ``{"error": ..., "code": ...}`` if
+refused. Where it has a method ``close``, that is called in the end."""
 
 
 @dataclass(frozen=True)
@@ -118,6 +119,7 @@ class ServicePlanner:
     def close(self) -> None:
         """Wait for the jobs on their way; begin no other."""
         self._pool.shutdown(wait=True, cancel_futures=True)
+        getattr(self._plan, "close", lambda: None)()
 
 
 def _end_with_parent() -> None:

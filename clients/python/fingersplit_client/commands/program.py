@@ -3,6 +3,7 @@
 import pkgutil
 import sys
 from importlib import import_module
+from importlib.metadata import version
 
 from fingersplit_client import commands
 
@@ -21,6 +22,20 @@ def main() -> None:
         rich_markup_mode=None,  # with it, units in brackets would be taken for markup
         help="Grasp planning by a Fingersplit service.",
     )
+
+    def tell_version(wanted: bool) -> None:
+        if wanted:
+            typer.echo(f"fingersplit-client {version('fingersplit-client')}")
+            raise typer.Exit
+
+    @app.callback()
+    def program(
+        _version: bool = typer.Option(
+            False, "--version", help="Print the version.", callback=tell_version, is_eager=True
+        ),
+    ) -> None:
+        """Grasp planning by a Fingersplit service."""
+
     for module in pkgutil.iter_modules(commands.__path__):
         command = getattr(import_module(f"{commands.__name__}.{module.name}"), module.name, None)
         if command is not None:

@@ -1,0 +1,1 @@
+"""Doors for other kinds of programs than those in Python."""
