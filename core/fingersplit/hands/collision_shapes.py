@@ -12,13 +12,15 @@ from scipy.spatial import ConvexHull, QhullError
 
 from fingersplit.errors import HandError
 from fingersplit.extras import extra
+from fingersplit.hands.fingers import Pad
 from fingersplit.hands.fitting import Fit, fit_primitive, hull_points, primitive_points, primitive_volume
 from fingersplit.hands.limits import MAX_SHAPES
 from fingersplit.hands.model import Link, Shape, Solid
 from fingersplit.hands.shapes_kernel import BOX, CAPSULE, CYLINDER, SPHERE
+from fingersplit.hands.tip_shapes import convex_fit, stand_out
 from fingersplit.transforms import transform_points
 
-__all__ = ["convex_solids", "planning_shapes"]
+__all__ = ["convex_solids", "planning_shapes", "solid_points"]
 
 Array = NDArray[np.float64]
 
@@ -31,6 +33,8 @@ CONVEX_PIECES, PIECE_VERTICES, VOXELS, VOLUME_ERROR = 8, 64, 30_000, 4.0
 NEARLY_CONVEX = 0.85
 """A mesh that fills this share of its hull is taken for its hull."""
 
+NEAR_PAD = 8e-3
+"""[m]; what stays farther behind every plane that touches a pad does not count as near it."""
 SHAPES_A_LINK, SHAPES_OF_PALM = 2, 4
 FULL, GAIN = 0.8, 0.92
 """A hull that fills less than this share of its primitive is cut in two, where that saves so much of the volume."""
@@ -74,16 +78,23 @@ def convex_solids(solids: tuple[Solid, ...]) -> tuple[Solid, ...]:
     return tuple(found)
 
 
-def planning_shapes(solids: tuple[Solid, ...], links: tuple[Link, ...], budget: int | None) -> tuple[Shape, ...]:
+def planning_shapes(
+    solids: tuple[Solid, ...], links: tuple[Link, ...], budget: int | None, pads: tuple[Pad, ...] = ()
+) -> tuple[Shape, ...]:
     """Shapes that together contain convex solids: primitives as they are, fitted ones for ellipsoids and meshes.
+
+    Links near ``pads`` keep the shape of their hulls, since pads touch.
 
     Where there are more than ``budget`` (else as many as the kernels have room for), the two on one link whose common
     box adds least volume are merged, again and again. Where there are fewer than two a link and four more for the palm,
     the emptiest fitted one is cut in two.
     """
     pieces = [_piece_of(solid) for solid in solids]
+    tips, pieces = _tips(pieces, pads)
     most = MAX_SHAPES if budget is None else min(MAX_SHAPES, max(budget, len({piece.link for piece in pieces})))
-    pieces = _split(_merge(pieces, most), min(most, SHAPES_A_LINK * len(links) + SHAPES_OF_PALM))
+    most = max(most - len(tips), len({piece.link for piece in pieces}))
+    pieces = tips + _split(_merge(pieces, most), min(most, SHAPES_A_LINK * len(links) + SHAPES_OF_PALM))
+    pieces.sort(key=lambda piece: piece.link)
     return tuple(
         Shape(
             name=piece.name,
@@ -96,6 +107,29 @@ def planning_shapes(solids: tuple[Solid, ...], links: tuple[Link, ...], budget: 
         )
         for piece in pieces
     )
+
+
+def solid_points(solid: Solid) -> Array:
+    """Points (n, 3) in a solid's own frame whose convex hull it is, as near as is of use [m]."""
+    if solid.vertices is not None:
+        return solid.vertices
+    if solid.kind == ELLIPSOID:
+        return np.asarray(primitive_points(SPHERE, np.ones(3)) * solid.size)
+    return primitive_points(solid.kind, solid.size)
+
+
+def _tips(pieces: list[_Piece], pads: tuple[Pad, ...]) -> tuple[list[_Piece], list[_Piece]]:
+    """One piece a link for what lies near its pads and is no primitive, and all other pieces."""
+    tips: list[_Piece] = []
+    for link in sorted({pad.link for pad in pads}):
+        own = tuple(pad for pad in pads if pad.link == link)
+        near = [p for p in pieces if p.link == link and not p.exact and stand_out(p.points, own) > -NEAR_PAD]
+        if near:
+            points = hull_points(np.vstack([piece.points for piece in near]))
+            sources = tuple(source for piece in near for source in piece.sources)
+            tips.append(_Piece(near[0].name, link, points, convex_fit(points, own), False, sources))
+            pieces = [piece for piece in pieces if piece not in near]
+    return tips, pieces
 
 
 def _piece_of(solid: Solid) -> _Piece:
@@ -147,16 +181,16 @@ def _halves(points: Array) -> list[Array]:
     for axis in np.linalg.svd(points - center, full_matrices=False)[2][:2]:
         heights = (points - center) @ axis
         for share in (0.3, 0.5, 0.7):
-            parts = _cut(points, heights - (heights.min() + share * np.ptp(heights)), hull)
+            parts = _cut(points, heights - (heights.min() + share * np.ptp(heights)))
             volume = sum(fit_primitive(part).volume for part in parts)
             if volume < smallest:
                 best, smallest = parts, volume
     return best
 
 
-def _cut(points: Array, heights: Array, hull: ConvexHull) -> list[Array]:
-    """The points above and below a plane, with those where the hull's edges cross it in both."""
-    edges = np.unique(np.sort(hull.simplices[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1), axis=0)
+def _cut(points: Array, heights: Array) -> list[Array]:
+    """Corners of a hull's two parts, above and below where heights (n,) are zero, those of the cut in both."""
+    edges = np.unique(np.sort(ConvexHull(points).simplices[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1), axis=0)
     a, b = edges[heights[edges[:, 0]] * heights[edges[:, 1]] < 0].T
     share = (heights[a] / (heights[a] - heights[b]))[:, None]
     crossings = points[a] + share * (points[b] - points[a])

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
-from fingersplit.hands.shapes_kernel import BOX, CAPSULE, CYLINDER, SPHERE
+from fingersplit.hands.shapes import corners_of
+from fingersplit.hands.shapes_kernel import BOX, CAPSULE, CONVEX, CYLINDER, SPHERE
 from fingersplit.transforms import pose_matrix, rotation_to_axis, transform_points
 
 __all__ = ["Fit", "fit_primitive", "hull_points", "primitive_points", "primitive_volume"]
@@ -23,7 +24,7 @@ ROUNDNESS = 0.97
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """A primitive: kind as in ``hands.shapes``, half sizes (3,) [m], ``link_from_shape`` (4, 4), volume [m^3]."""
+    """A shape: kind and size as in ``hands.shapes_kernel`` [m], ``link_from_shape`` (4, 4), volume [m^3]."""
 
     kind: int
     size: Array
@@ -74,6 +75,8 @@ def primitive_points(kind: int, size: Array) -> Array:
         steps = np.linspace(-1, 1, 9)
         grid = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1).reshape(-1, 3)
         return np.asarray(grid[np.abs(grid).max(axis=1) == 1] * size)
+    if kind == CONVEX:
+        return corners_of(size)
     turns = np.linspace(0, 2 * math.pi, 32, endpoint=False)
     if kind == CYLINDER:
         radii, heights = np.array([0, 0.5, 1, 1, 1, 1, 1, 0.5, 0]), np.array([-1, -1, -1, -0.5, 0, 0.5, 1, 1, 1])

@@ -1,6 +1,6 @@
 """A hand: its joints, fingers, pads and shapes, compiled from a description and the model beside it."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
@@ -258,11 +258,13 @@ def _compile(files: HandFiles) -> Hand:
         coupling=coupling,
         solids=solids,
         visuals=tree.visuals,
-        shapes=planning_shapes(solids, tree.links, description.shapes.budget),
+        shapes=(),
         excluded=_excluded(compiled, tree),
         notes=(*notes, *coupling_notes),
     )
     chains = read_fingers(compiled, tree, model, description)
+    pads = tuple(pad for chain in chains for pad in chain.pads)
+    model = replace(model, shapes=planning_shapes(solids, tree.links, description.shapes.budget, pads))
     first = _with_grip(files, model, chains, description.grips[0])
     siblings = [first, *(_with_grip(files, model, chains, grip) for grip in description.grips[1:])]
     for hand in siblings:

@@ -7,12 +7,14 @@ __all__ = [
     "MAX_FINGERS",
     "MAX_JOINTS",
     "MAX_PAIRS",
+    "MAX_PLANES",
     "MAX_PRESHAPES",
     "MAX_SHAPES",
     "MAX_SPHERES",
     "MAX_STANDOFFS",
     "MAX_UNKNOWNS",
     "PAD_ANGLE_LIMIT",
+    "SHAPE_NUMBERS",
 ]
 
 MAX_FINGERS = 5
@@ -29,6 +31,10 @@ MAX_UNKNOWNS = MAX_DRIVERS + 6
 """Unknowns of the largest system that a step solves: all drivers and a twist of the palm."""
 MAX_SHAPES, MAX_SPHERES = 48, 256
 """Collision shapes of a hand, and spheres that cover them."""
+MAX_PLANES = 64
+"""Planes of a convex solid."""
+SHAPE_NUMBERS = 2 + 4 * MAX_PLANES + 3 * (2 * MAX_PLANES - 4)
+"""Numbers of a shape: planes and, by Euler's formula, corners of a convex solid; primitives have three."""
 MAX_PAIRS = MAX_SHAPES * (MAX_SHAPES - 1) // 2
 """Pairs of shapes that are tested against each other."""
 MAX_PRESHAPES, MAX_STANDOFFS = 8, 16

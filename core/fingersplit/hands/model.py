@@ -90,8 +90,8 @@ class Shape:
     Attributes:
         name: Name of the solid it stands for; of the first one where it stands for several.
         link: Index of its link.
-        kind: Number of ``mujoco.mjtGeom``: sphere, capsule, cylinder or box.
-        size: Half sizes as in MJCF, (3,) [m].
+        kind: Sphere, capsule, cylinder, box or convex solid, see ``hands.shapes_kernel``.
+        size: As ``shape_distance`` takes it [m].
         pose: ``link_from_shape``, (4, 4).
         overhang: How far it reaches beyond what it stands for at most [m]; zero where it is that.
         sources: Names of the solids it stands for.

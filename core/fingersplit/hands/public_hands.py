@@ -28,6 +28,7 @@ _PLACES = {
     "shadow": "shadow_hand",
     "dexee": "shadow_dexee",
     "ability": "ability_hand",
+    "robotiq_3f": "robotiq_3f",
 }
 """Their folders, as MuJoCo Menagerie and the original sources call them."""
 
@@ -64,6 +65,8 @@ def find_public_hand(name: str, folder: str | None) -> tuple[Path, Path]:
 
 def _fetched(name: str) -> Path | None:
     """Folder of the model where robot_descriptions is installed and has it."""
+    if name not in _MODULES:
+        return None
     try:
         module = importlib.import_module(f"robot_descriptions.{_MODULES[name]}")
     except ImportError:

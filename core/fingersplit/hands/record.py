@@ -124,7 +124,7 @@ def _place(
 
 def _set_shape(hand: np.record, k: int, shape: Shape, link_from_shape: Array) -> None:
     """Shape ``k`` and the spheres that cover it."""
-    hand.shape_kinds[k], hand.shape_sizes[k] = shape.kind, shape.size
+    hand.shape_kinds[k], hand.shape_sizes[k, : len(shape.size)] = shape.kind, shape.size
     hand.shape_rotations[k], hand.shape_positions[k] = link_from_shape[:3, :3], link_from_shape[:3, 3]
     centers, radius, inside = covering_spheres(shape.kind, shape.size)
     hand.shape_radii[k] = bounding_radius(shape.kind, shape.size)

@@ -15,6 +15,7 @@ from fingersplit.hands.limits import (
     MAX_PAIRS,
     MAX_SHAPES,
     MAX_SPHERES,
+    SHAPE_NUMBERS,
 )
 
 __all__ = ["HAND", "POSE", "POSE_FIELDS"]
@@ -53,7 +54,7 @@ HAND = np.dtype(
         ("shape_links", np.int64, MAX_SHAPES),
         ("shape_rotations", np.float64, (MAX_SHAPES, 3, 3)),
         ("shape_positions", np.float64, (MAX_SHAPES, 3)),
-        ("shape_sizes", np.float64, (MAX_SHAPES, 3)),
+        ("shape_sizes", np.float64, (MAX_SHAPES, SHAPE_NUMBERS)),
         ("shape_radii", np.float64, MAX_SHAPES),
         ("sphere_starts", np.int64, MAX_SHAPES + 1),
         ("sphere_shapes", np.int64, MAX_SPHERES),
@@ -82,7 +83,7 @@ collisions. A joint may stand in several chains. ``hands.drivers.set_drivers`` w
   and q0 = 0; ``fingers_coupled``: a driver moves several fingers, so that they cannot be solved for one by one.
 - ``shape_kinds`` (see ``hands.shapes``), ``shape_fingers`` (-1 for the palm), ``shape_links`` (joint of that finger
   whose link carries the shape), ``link_from_shape`` as ``shape_rotations`` and ``shape_positions`` [m],
-  ``shape_sizes`` [m]: half sizes as in MJCF, and ``shape_radii`` [m] about the centre.
+  ``shape_sizes`` [m]: sizes as ``shape_distance`` takes them, and ``shape_radii`` [m] about the centre.
 - ``sphere_shapes``, ``sphere_centers`` [m] in the link frame, ``sphere_radii`` [m]: spheres that together enclose every
   shape, those of shape k from ``sphere_starts[k]`` to the next one's; with the radii ``sphere_insides`` [m] they lie
   inside it.

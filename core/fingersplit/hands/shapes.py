@@ -1,4 +1,4 @@
-"""The primitive shapes of links: the spheres that cover them, and their drawing meshes."""
+"""The shapes of links: the spheres that cover them, and their drawing meshes."""
 
 import math
 
@@ -6,12 +6,18 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from fingersplit.hands.shapes_kernel import CAPSULE, CYLINDER, SPHERE
+from fingersplit.hands.shapes_kernel import CAPSULE, CONVEX, CYLINDER, SPHERE, shape_distance
 
-__all__ = ["bounding_radius", "covering_spheres", "shape_mesh"]
+__all__ = ["bounding_radius", "corners_of", "covering_spheres", "shape_mesh"]
 
 _MIN_SIDE = 0.018
 """[m]; covering spheres of flat shapes are not made smaller than a cube of this side needs."""
+
+
+def corners_of(size: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Corners (n, 3) of a convex solid in its own frame [m], from its numbers as ``shape_distance`` takes them."""
+    first = 2 + 4 * int(size[0])
+    return size[first : first + 3 * int(size[1])].reshape(-1, 3)
 
 
 def bounding_radius(kind: int, size: NDArray[np.float64]) -> float:
@@ -20,7 +26,9 @@ def bounding_radius(kind: int, size: NDArray[np.float64]) -> float:
         return float(size[0])
     if kind == CAPSULE:
         return float(size[0] + size[1])
-    return float(np.linalg.norm(size[:2] if kind == CYLINDER else size))
+    if kind == CONVEX:
+        return float(np.linalg.norm(corners_of(size), axis=1).max())
+    return float(np.linalg.norm(size[:2] if kind == CYLINDER else size[:3]))
 
 
 def covering_spheres(kind: int, size: NDArray[np.float64]) -> tuple[NDArray[np.float64], float, NDArray[np.float64]]:
@@ -38,7 +46,9 @@ def covering_spheres(kind: int, size: NDArray[np.float64]) -> tuple[NDArray[np.f
         heights = size[1] * np.linspace(-1, 1, count)
         centers = np.column_stack([np.zeros(count), np.zeros(count), heights])
         return centers, math.hypot(size[0], size[1] / (count - 1)), np.full(count, size[0])
-    half = np.array([size[0], size[0], size[1]]) if kind == CYLINDER else size
+    half = np.abs(corners_of(size)).max(axis=0) if kind == CONVEX else size[:3]
+    if kind == CYLINDER:
+        half = np.array([size[0], size[0], size[1]])
     side = max(2 * half.min(), _MIN_SIDE)
     counts = np.maximum(np.ceil(2 * half / (1.2 * side)).astype(int), 1)
     axes = [h * (2 * np.arange(n) + 1 - n) / n for h, n in zip(half, counts, strict=True)]
@@ -46,6 +56,8 @@ def covering_spheres(kind: int, size: NDArray[np.float64]) -> tuple[NDArray[np.f
     insides = np.full(len(centers), (half / counts).min())
     if kind == CYLINDER:  # bricks at the corners of its box reach outside
         insides = np.clip(size[0] - np.linalg.norm(centers[:, :2], axis=1), 0.0, insides)
+    if kind == CONVEX:
+        insides = np.maximum([-shape_distance(kind, size, *center) for center in centers], 0.0)
     radius = bounding_radius(kind, size) if len(centers) == 1 else float(np.linalg.norm(half / counts))
     return centers, radius, insides
 
@@ -58,4 +70,6 @@ def shape_mesh(kind: int, size: NDArray[np.float64]) -> trimesh.Trimesh:
         return trimesh.creation.capsule(height=2 * size[1], radius=size[0], count=[24, 24])
     if kind == CYLINDER:
         return trimesh.creation.cylinder(radius=size[0], height=2 * size[1], sections=48)
-    return trimesh.creation.box(extents=2 * size)
+    if kind == CONVEX:
+        return trimesh.convex.convex_hull(corners_of(size))
+    return trimesh.creation.box(extents=2 * size[:3])

@@ -42,7 +42,7 @@ def attach_bodies(hand: Hand, bodies: tuple[AttachedBody, ...]) -> Hand:
         pose = body.pose.matrix
         arrays.shape_kinds[k], arrays.shape_fingers[k], arrays.shape_links[k] = kind, -1, 0
         arrays.shape_rotations[k], arrays.shape_positions[k] = pose[:3, :3], pose[:3, 3]
-        arrays.shape_sizes[k], arrays.shape_radii[k] = size, bounding_radius(kind, size)
+        arrays.shape_sizes[k, : len(size)], arrays.shape_radii[k] = size, bounding_radius(kind, size)
         spheres = slice(first, first + count)
         arrays.sphere_shapes[spheres], arrays.sphere_centers[spheres] = k, transform_points(pose, centers)
         arrays.sphere_radii[spheres], arrays.sphere_insides[spheres] = radius, insides

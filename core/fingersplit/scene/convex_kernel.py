@@ -1,13 +1,13 @@
 """Distance between two primitive shapes and their nearest points: GJK on their cores [Gilbert1988, Ericson2005].
 
-A sphere is a point and a capsule a segment, each with a radius; boxes and cylinders are their own cores. Distances are
+A sphere is a point and a capsule a segment, each with a radius; all other shapes are their own cores. Distances are
 exact to ``ACCURACY``. Where cores overlap, the depth is the least overlap along a few axes, which is never too small.
 """
 
 import math
 
 from fingersplit.compilation import kernel
-from fingersplit.hands.shapes_kernel import BOX, CAPSULE, CYLINDER, SPHERE
+from fingersplit.hands.shapes_kernel import BOX, CAPSULE, CONVEX, CYLINDER, SPHERE
 from fingersplit.vectors_kernel import add, column, cross, dot, get, norm, put, rotate, rotate_back, scale, subtract
 
 __all__ = ["GJK_ROWS", "core_extent", "shape_to_shape"]
@@ -75,6 +75,9 @@ def core_extent(kind, size, rotation, direction):
     local = rotate_back(rotation, direction)
     if kind == BOX:
         return size[0] * abs(local[0]) + size[1] * abs(local[1]) + size[2] * abs(local[2])
+    if kind == CONVEX:
+        back = scale(-1.0, local)
+        return max(dot(local, _farthest_corner(size, local)), dot(back, _farthest_corner(size, back)))
     if kind == CYLINDER:
         return size[0] * math.sqrt(local[0] ** 2 + local[1] ** 2) + size[1] * abs(local[2])
     return size[0] + (size[1] * abs(local[2]) if kind == CAPSULE else 0.0)
@@ -93,6 +96,8 @@ def _support(kind, size, rotation, center, direction):
     x, y, z = rotate_back(rotation, direction)
     if kind == BOX:
         local = (math.copysign(size[0], x), math.copysign(size[1], y), math.copysign(size[2], z))
+    elif kind == CONVEX:
+        local = _farthest_corner(size, (x, y, z))
     elif kind == CAPSULE:
         local = (0.0, 0.0, math.copysign(size[1], z))
     else:
@@ -100,6 +105,23 @@ def _support(kind, size, rotation, center, direction):
         factor = size[0] / across if across > 0.0 else 0.0
         local = (factor * x, factor * y, math.copysign(size[1], z))
     return add(center, rotate(rotation, local))
+
+
+@kernel
+def _corner(size, i):
+    """Corner ``i`` of a convex solid, in its own frame."""
+    at = 2 + 4 * int(size[0]) + 3 * i
+    return size[at], size[at + 1], size[at + 2]
+
+
+@kernel
+def _farthest_corner(size, direction):
+    best, farthest = 0, -math.inf
+    for i in range(int(size[1])):
+        height = dot(direction, _corner(size, i))
+        if height > farthest:
+            best, farthest = i, height
+    return _corner(size, best)
 
 
 @kernel

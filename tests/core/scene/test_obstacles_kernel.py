@@ -61,7 +61,7 @@ def mujoco_slacks(pose, primitive, world_from_obstacle):
     for k, link in enumerate(HAND.shape_poses(pose.joints[: len(HAND.joint_names)], palm(pose))):
         at = Pose.from_matrix(PLACED.matrix @ link)
         spec.worldbody.add_geom(
-            type=HAND.arrays.shape_kinds[k], size=HAND.arrays.shape_sizes[k], pos=at.position, quat=at.wxyz
+            type=HAND.arrays.shape_kinds[k], size=HAND.arrays.shape_sizes[k, :3], pos=at.position, quat=at.wxyz
         )
     at = Pose.from_matrix(world_from_obstacle)
     spec.worldbody.add_geom(**primitive.to_mujoco(), pos=at.position, quat=at.wxyz)

@@ -1,6 +1,7 @@
 """The whole description of a hand from its model file alone, by moving it."""
 
 import shutil
+from dataclasses import replace
 from itertools import combinations
 from pathlib import Path
 from typing import Any
@@ -20,7 +21,7 @@ from fingersplit.hands.description import (
     ShapeOptions,
 )
 from fingersplit.hands.draft.jaws import Jaws, PadSamples, find_jaws, opposition, pad_samples
-from fingersplit.hands.draft.pads import find_pads, tip_width
+from fingersplit.hands.draft.pads import TILTS, find_pads, tip_width
 from fingersplit.hands.draft.postures import finger_drivers, park, preshapes
 from fingersplit.hands.draft.sampling import Samples, sample_postures
 from fingersplit.hands.draft.structure import FingerBodies, find_fingers, find_palm
@@ -78,9 +79,14 @@ def draft_hand(
         if len(chain) > MAX_CHAIN_JOINTS:
             raise HandError(f"{finger.name} has {len(chain)} joints; up to {MAX_CHAIN_JOINTS} are planned for.")
     samples = sample_postures(model, POSTURES, np.random.default_rng(SEED))
-    pads = find_pads(model, tips, samples)
-    contacts = [pad_samples(pad, samples) for pad in pads]
-    grips = _grips(model, found, chains, pads, contacts, samples)
+    grips: list[GripDescription] = []
+    for tilt in TILTS:  # fingertips that stay upright while fingers swing face each other only with pads across them
+        pads = find_pads(model, tips, samples, tilt)
+        model = replace(model, shapes=planning_shapes(model.solids, model.links, None, tuple(pads)))
+        contacts = [pad_samples(pad, samples) for pad in pads]
+        grips = _grips(model, found, chains, pads, contacts, samples)
+        if grips:
+            break
     if not grips:
         raise HandError(
             "No three fingers were found to face each other in any posture. Name palm and fingers with --palm and "

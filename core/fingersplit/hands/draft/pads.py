@@ -6,21 +6,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingersplit.errors import HandError
+from fingersplit.hands.collision_shapes import solid_points
 from fingersplit.hands.draft.sampling import Samples
 from fingersplit.hands.fingers import Pad
-from fingersplit.hands.fitting import primitive_points
 from fingersplit.hands.forward import link_poses
+from fingersplit.hands.limits import PAD_ANGLE_LIMIT
 from fingersplit.hands.model import HandModel
+from fingersplit.hands.tip_shapes import cone
 from fingersplit.transforms import transform_points
 
-__all__ = ["find_pads", "tip_width"]
+__all__ = ["TILTS", "find_pads", "tip_width"]
 
 Array = NDArray[np.float64]
 
-TILT = 0.6
-"""[rad]; how far a pad's normal leans from straight across the link towards the fingertip."""
-PATCH = 0.012
-"""[m]; the pad's sphere is fitted to the surface so near to its middle."""
+TILTS = (0.6, 0.3, 0.0)
+"""[rad]; how far pads' normals lean from straight across the link towards the fingertip, what is tried first first."""
+CAP_ANGLE = PAD_ANGLE_LIMIT
+"""[rad]; the pad's sphere is fitted to the surface that planes touch so far from its normal."""
 MIN_RADIUS, MAX_RADIUS = 0.004, 0.03
 """Of a pad's sphere [m]."""
 PARALLEL = 0.9
@@ -29,25 +31,26 @@ NEAR = 0.03
 """[m]; where two fingertips are nearer than about this, they face each other most."""
 
 
-def find_pads(model: HandModel, tips: list[int], samples: Samples) -> list[Pad]:
+def find_pads(model: HandModel, tips: list[int], samples: Samples, tilt: float = TILTS[0]) -> list[Pad]:
     """A pad for each finger.
 
     The normal is across the axis of the last joint and the link's length, to the side to which the finger bends farther
     and on which the other fingertips are found when all fingers move at random, and leans towards the tip. The sphere
-    is fitted to the surface of the link's shapes there.
+    is fitted to the surface of the link's solids there.
 
     Args:
         model: The hand.
         tips: Last moving link of each finger.
         samples: Postures.
+        tilt: How far normals lean towards the tip [rad].
 
     Raises:
-        HandError: A last link without any shape.
+        HandError: A last link without any solid.
     """
     clouds = [_surface(model, tip) for tip in tips]
     ends = [_far_end(model, tip, cloud) for tip, cloud in zip(tips, clouds, strict=True)]
     places = [_transform_all(samples.poses[:, tip], end) for tip, end in zip(tips, ends, strict=True)]
-    return [_pad(model, f, tips, clouds[f], ends[f], places, samples) for f in range(len(tips))]
+    return [_pad(model, f, tips, clouds[f], ends[f], places, samples, tilt) for f in range(len(tips))]
 
 
 def tip_width(model: HandModel, tip: int) -> float:
@@ -61,18 +64,18 @@ def _transform_all(poses: Array, point: Array) -> Array:
 
 
 def _surface(model: HandModel, tip: int) -> Array:
-    """Points on the shapes of a link and of what is rigidly joined to it, in the link's frame."""
+    """Points on the solids of a link and of what is rigidly joined to it, in the link's frame."""
     still = link_poses(model, np.array([joint.reference for joint in model.joints]))
     carried = [i for i in range(len(model.links)) if tip in model.path(i)]
-    shapes = [shape for shape in model.shapes if shape.link in carried]
-    if not shapes:
+    solids = [solid for solid in model.solids if solid.link in carried]
+    if not solids:
         raise HandError(
             f"The last link {model.links[tip].name!r} of a finger has no shape; give it collision geometry."
         )
     clouds = []
-    for shape in shapes:
-        tip_from_shape = np.linalg.inv(still[tip]) @ still[shape.link] @ shape.pose
-        clouds.append(transform_points(tip_from_shape, primitive_points(shape.kind, shape.size)))
+    for solid in solids:
+        tip_from_solid = np.linalg.inv(still[tip]) @ still[solid.link] @ solid.pose
+        clouds.append(transform_points(tip_from_solid, solid_points(solid)))
     return np.vstack(clouds)
 
 
@@ -87,7 +90,14 @@ def _far_end(model: HandModel, tip: int, cloud: Array) -> Array:
 
 
 def _pad(
-    model: HandModel, f: int, tips: list[int], cloud: Array, end: Array, places: list[Array], samples: Samples
+    model: HandModel,
+    f: int,
+    tips: list[int],
+    cloud: Array,
+    end: Array,
+    places: list[Array],
+    samples: Samples,
+    tilt: float,
 ) -> Pad:
     joint = model.joints[model.links[tips[f]].joints[-1]]
     length = end - joint.anchor
@@ -103,8 +113,8 @@ def _pad(
         vote += float(np.sum(weight * direction / distance))
         total += float(np.sum(weight))
     side = across if vote / total + _closing(model, tips[f]) > 0 else -across
-    normal = math.cos(TILT) * side + math.sin(TILT) * length
-    center, radius = _fit_cap(cloud, joint.axis, side, normal)
+    normal = math.cos(tilt) * side + math.sin(tilt) * length
+    center, radius = _fit_cap(cloud, normal)
     return Pad(tips[f], center, normal, radius, None)
 
 
@@ -122,19 +132,22 @@ def _closing(model: HandModel, tip: int) -> float:
     return float(np.clip(np.mean(shares), -1, 1))
 
 
-def _fit_cap(cloud: Array, axis: Array, side: Array, normal: Array) -> tuple[Array, float]:
-    """Centre and radius of the sphere that fits a cloud where it is farthest out along ``normal``."""
-    middle = cloud @ axis
-    width = (middle.max() + middle.min()) / 2
-    central = cloud[np.abs(middle - width) < 0.35 * max(np.ptp(middle), 1e-3)]
-    top = central[np.argmax(central @ normal)]
-    top = top + (width - top @ axis) * axis
-    near = cloud[(np.linalg.norm(cloud - top, axis=1) < PATCH) & ((cloud - top) @ side > -PATCH / 2)]
-    radius = MAX_RADIUS
-    if len(near) >= 6:
-        # |p - top + r n|^2 = r^2, linear in r with the centre held on the normal
-        offsets = near - top
-        lifts = offsets @ normal
-        radius = float(-((offsets**2).sum(axis=1) @ lifts) / max(2 * lifts @ lifts, 1e-12))
-    radius = min(max(radius, MIN_RADIUS), MAX_RADIUS)
-    return top - radius * normal, radius
+def _fit_cap(cloud: Array, normal: Array) -> tuple[Array, float]:
+    """Centre and radius of the sphere that planes touch where they touch a cloud, for planes about one direction.
+
+    A plane of outward normal d touches a sphere at d . center + radius, so both follow from linear equations.
+    """
+    directions = cone(normal, CAP_ANGLE)
+    supports = (cloud @ directions.T).max(axis=0)
+    center, radius = _solve_cap(directions, supports, None)
+    if not MIN_RADIUS <= radius <= MAX_RADIUS:
+        center, radius = _solve_cap(directions, supports, float(np.clip(radius, MIN_RADIUS, MAX_RADIUS)))
+    return center, radius
+
+
+def _solve_cap(directions: Array, supports: Array, radius: float | None) -> tuple[Array, float]:
+    if radius is not None:
+        return np.asarray(np.linalg.lstsq(directions, supports - radius, rcond=None)[0], np.float64), radius
+    columns = np.column_stack([directions, np.ones(len(directions))])
+    solved = np.asarray(np.linalg.lstsq(columns, supports, rcond=None)[0], np.float64)
+    return solved[:3], float(solved[3])
