@@ -38,7 +38,7 @@ def test_it_stands_out_beside_the_pad_less_than_the_smallest_primitive(dome):
     corners = transform_points(dome.pose, primitive_points(dome.kind, dome.size))
     box = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * [0.009, 0.009, 0.019]
     assert stand_out(corners, (PAD,)) < 0.6e-3
-    assert stand_out(box + [0, 0, 0.01], (PAD,)) > 2e-3
+    assert stand_out(box + np.array([0, 0, 0.01]), (PAD,)) > 2e-3
 
 
 def test_distance_has_the_slope_that_is_told(dome):
