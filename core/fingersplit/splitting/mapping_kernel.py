@@ -15,15 +15,17 @@ from fingersplit.objects.surface_kernel import closest
 from fingersplit.scene.obstacles_kernel import rough_violation
 from fingersplit.splitting.collision_kernel import rough_penetration
 from fingersplit.splitting.pull_kernel import pull_pads, take_pose
-from fingersplit.splitting.state_kernel import attach_contacts, evaluate, measure_collision
+from fingersplit.splitting.state_kernel import attach_contacts, evaluate, measure_collision, measure_pads
 from fingersplit.vectors_kernel import add, cross, dot, get, norm, put, scale, subtract
 
 __all__ = ["REFINED", "map_grasp", "screen_grasp"]
 
 REFINED = 2
 """Combinations of preshape and standoff that are brought to the surface."""
-ITERATIONS, FACING_ITERATIONS = 10, 8
-"""Steps that bring all pads to the surface, and the first of them that turn pads to face it, too."""
+FACING_ITERATIONS, CLOSING_ITERATIONS = 8, 2
+"""Most steps that bring all pads to the surface and turn them to face it, and most that then close the gaps alone."""
+SETTLED = 1e-4
+"""[rad]; drivers that turn less move a pad by about 0.01 mm."""
 DAMPING = 1e-2
 """[m/rad]; of these steps: a tenth of a finger's reach."""
 FACING = 2e-2
@@ -195,14 +197,25 @@ def _reach(problem, state, scratch, work):
     Aims that stay where the two contacts are have no hold on joints that turn a pad about itself: on small objects
     Barrett's spread ran into its limit.
     """
+    _pull(problem, state, FACING, FACING_ITERATIONS, scratch, work)
+    _pull(problem, state, 0.0, CLOSING_ITERATIONS, scratch, work)
+
+
+@kernel
+def _pull(problem, state, facing, iterations, scratch, work):
+    """Pull until the pads have settled, at most so often; the contacts are attached in the end."""
     hand = problem.hand
-    for iteration in range(ITERATIONS):
-        attach_contacts(problem.surface, hand, state)
-        evaluate(hand, problem.settings, state)
-        facing = FACING if iteration < FACING_ITERATIONS else 0.0
-        pull_pads(problem, state, DAMPING, facing, False, work, scratch)
-        take_pose(hand, scratch, state)
     attach_contacts(problem.surface, hand, state)
+    for _ in range(iterations):
+        measure_pads(hand, state)
+        pull_pads(problem, state, DAMPING, facing, False, work, scratch)
+        longest = 0.0
+        for a in range(hand.driver_count):
+            longest = max(longest, abs(scratch.drivers[a] - state.drivers[a]))
+        take_pose(hand, scratch, state)
+        attach_contacts(problem.surface, hand, state)
+        if longest < SETTLED:
+            return
 
 
 @kernel

@@ -10,7 +10,7 @@ from fingersplit.splitting.objective_kernel import manipulability, object_qualit
 from fingersplit.splitting.potential_kernel import penalty
 from fingersplit.vectors_kernel import add, angle_between, get, norm, put, scale, subtract
 
-__all__ = ["attach_contacts", "evaluate", "measure_collision", "pad_target"]
+__all__ = ["attach_contacts", "evaluate", "measure_collision", "measure_pads", "pad_target"]
 
 
 @kernel
@@ -30,13 +30,19 @@ def attach_contacts(surface, hand, state):
 
 
 @kernel
-def evaluate(hand, settings, state):
-    """Residuals, pad angles, Q and its parts of a state whose pose and contacts are up to date."""
+def measure_pads(hand, state):
+    """Residuals and pad angles of a state whose pose and contacts are up to date."""
     for finger in range(hand.finger_count):
         gap = subtract(pad_target(hand, state, finger), get(state.pads, finger))
         state.residuals[finger] = norm(gap)
         inward = scale(-1.0, get(state.normals, finger))
         state.pad_angles[finger] = angle_between(get(state.pad_normals, finger), inward)
+
+
+@kernel
+def evaluate(hand, settings, state):
+    """Residuals, pad angles, Q and its parts of a state whose pose and contacts are up to date."""
+    measure_pads(hand, state)
     state.object_quality = settings.object_weight * object_quality(state.contacts, hand.finger_count)
     state.hand_quality = settings.hand_weight * manipulability(hand, state.drivers)
     state.quality = state.object_quality + state.hand_quality
