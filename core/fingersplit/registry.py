@@ -1,10 +1,11 @@
 """Extension points: a folder whose every module defines one thing of a kind, found by looking."""
 
+import inspect
 from importlib import import_module
 from pkgutil import iter_modules
 from typing import TypeVar
 
-__all__ = ["find_by_name"]
+__all__ = ["find_by_name", "first_line"]
 
 _Kind = TypeVar("_Kind")
 
@@ -27,3 +28,8 @@ def find_by_name(package: str, kind: type[_Kind]) -> dict[str, _Kind]:
                 if found.setdefault(name, value) is not value:
                     raise ImportError(f"{package} has two entries called {name!r}; the second is in {module.name!r}.")
     return dict(sorted(found.items()))
+
+
+def first_line(kind: type) -> str:
+    """The first line of a class's docstring: what lists say of it."""
+    return (inspect.getdoc(kind) or "").partition("\n")[0]

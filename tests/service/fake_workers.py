@@ -66,6 +66,12 @@ CATALOGS = {
             "one_grasp": False,
         }
     ],
+    "protocols": [
+        {"name": name, "meaning": "A test.", "numbers": {}} for name in ("lift", "pick", "shake", "six_direction")
+    ],
+    "controllers": [
+        {"name": name, "meaning": "A controller.", "numbers": {}} for name in ("position_servo", "virtual_frame")
+    ],
     "sources": [{"name": name, "meaning": "A source."} for name in ("antipodal", "both", "surface_fitting")],
 }
 PICTURE = b"\x89PNG\r\n\x1a\n"

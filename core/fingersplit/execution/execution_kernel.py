@@ -207,11 +207,11 @@ def _sweep(problem, probe, backwards, most, work):
             slack, by = _slack(problem.scene, problem.hand, probe, work)
             if slack < -SLACK_TOLERANCE:
                 return free, by
-        free = travelled
-        if travelled >= most:
+        free, left = travelled, most - travelled
+        if min(gap, slack) >= left and palm_allowed(limits, add(origin, scale(most, backwards))):
             return most, NOTHING
-        moved = min(max(min(gap, slack), limits.step), most - travelled)
-        travelled, slack = (most if travelled + moved >= most else travelled + moved), slack - moved
+        moved = min(max(min(gap, slack), limits.step), left)
+        travelled, slack = (most if moved == left else travelled + moved), slack - moved
 
 
 @kernel
@@ -233,7 +233,7 @@ def _object_gap(problem, probe, work):
     measure_clearances(hand, probe, problem.collision, distance, work.rotation)
     if probe.penetration > FREE:
         return -1.0
-    gap = LOOKED_AHEAD
+    gap = math.inf
     for shape in range(hand.shape_count):
         near = probe.clearances[shape]
         if near == math.inf:
@@ -247,7 +247,7 @@ def _object_gap(problem, probe, work):
 def _slack(scene, hand, probe, work):
     """Least slack of the hand from obstacles [m], and the obstacle."""
     if scene is None:
-        return LOOKED_AHEAD, NOTHING
+        return math.inf, NOTHING
     least = measure_slacks(scene, hand, probe, probe.around, work.around, LOOKED_AHEAD)
     for shape in range(hand.shape_count):
         if probe.around.slacks[shape] == least and least < math.inf:

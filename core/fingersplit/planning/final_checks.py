@@ -28,7 +28,7 @@ def check_finally(runs: Sequence[Run], scene: PreparedScene, model: ObjectModel)
         for run, inside in zip(runs, np.atleast_1d(admitted), strict=True):
             if not inside:
                 run.outcome.violations |= 1 << OUTSIDE_REGION
-    for run in runs:
+    for run in runs if scene.meshes else ():
         if run.outcome.violations == 0:
             for mesh in scene.meshes:
                 _check_mesh(run, mesh)

@@ -156,10 +156,10 @@ class Problem(NamedTuple):
 
 def new_states(count: int) -> np.recarray:
     """``STATE`` records (count,), zero but for the samples, which are unknown, and slacks, which are infinite."""
-    states = np.rec.array(np.zeros(count, STATE))
-    states.samples[:] = -1
-    states.around.slacks[:], states.around.least[:] = np.inf, np.inf
-    return states
+    states = np.zeros(count, STATE)  # records are slow to read by name in Python
+    states["samples"] = -1
+    states["around"]["slacks"], states["around"]["least"] = np.inf, np.inf
+    return np.rec.array(states)
 
 
 def new_work() -> np.record:

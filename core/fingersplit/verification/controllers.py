@@ -6,7 +6,7 @@ computes a grip of its own for the loads of the protocol.
 """
 
 from abc import ABC, abstractmethod
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -16,16 +16,17 @@ from fingersplit.contacts.grip import Grip
 from fingersplit.contacts.grip_plan import GripPlan
 from fingersplit.errors import SettingsError, suggestion
 from fingersplit.ranges import check_known, check_settings, setting
+from fingersplit.registry import first_line
 from fingersplit.verification.scene import Scene
 from fingersplit.verification.scene_parts import FINGER_SERVOS, JOINT_SERVOS
 
 __all__ = [
-    "CONTROLLERS",
     "Controller",
     "JointTorque",
     "PositionServo",
     "PublishedGrip",
     "VirtualFrame",
+    "available_controllers",
     "load_controller",
 ]
 
@@ -47,6 +48,10 @@ class Controller(ABC):
     def to_document(self) -> dict[str, Any]:
         """Name and numbers as plain JSON data."""
         return {"name": self.name, **asdict(self)}
+
+    def info(self) -> dict[str, Any]:
+        """Name, meaning and numbers, for lists of what there is."""
+        return {"name": self.name, "meaning": first_line(type(self)), "numbers": asdict(self)}
 
 
 @dataclass(frozen=True)
@@ -162,8 +167,9 @@ class VirtualFrame(Controller):
         return controls
 
 
-CONTROLLERS: dict[str, type[Controller]] = {kind.name: kind for kind in (PositionServo, JointTorque, VirtualFrame)}
-"""Every controller by name, the default one first."""
+def available_controllers() -> dict[str, Controller]:
+    """Every controller by name, with its usual numbers, the default one first."""
+    return {kind.name: kind() for kind in (PositionServo, JointTorque, VirtualFrame)}
 
 
 def load_controller(name: str, values: dict[str, Any] | None = None) -> Controller:
@@ -172,7 +178,8 @@ def load_controller(name: str, values: dict[str, Any] | None = None) -> Controll
     Raises:
         SettingsError: No such controller or no such number; the message lists the known ones.
     """
-    if name not in CONTROLLERS:
-        raise SettingsError(f"Unknown controller {name!r}; {suggestion(name, CONTROLLERS)}")
-    check_known(values or {}, CONTROLLERS[name], f"Controller {name!r} has no number {{}}")
-    return CONTROLLERS[name](**(values or {}))
+    known = available_controllers()
+    if name not in known:
+        raise SettingsError(f"Unknown controller {name!r}; {suggestion(name, known)}")
+    check_known(values or {}, known[name], f"Controller {name!r} has no number {{}}")
+    return replace(known[name], **(values or {}))

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingersplit.ranges import check_known, check_settings, setting
+from fingersplit.registry import first_line
 
 __all__ = ["REFERENCE_FRICTION", "Phase", "Protocol", "Trial", "at_rest", "setting"]
 
@@ -111,3 +112,7 @@ class Protocol(ABC):
     def to_document(self) -> dict[str, Any]:
         """All numbers as plain JSON data."""
         return asdict(self)
+
+    def info(self) -> dict[str, Any]:
+        """Name, meaning and numbers, for lists of what there is."""
+        return {"name": self.name, "meaning": first_line(type(self)), "numbers": asdict(self)}

@@ -4,7 +4,7 @@ from typing import Any
 
 from pydantic import TypeAdapter
 
-from fingersplit_client.schemas import FileFormatInfo, HandInfo, MetricInfo, SourceInfo
+from fingersplit_client.schemas import ControllerInfo, FileFormatInfo, HandInfo, MetricInfo, ProtocolInfo, SourceInfo
 from fingersplit_service.database.hands import HandStore
 from fingersplit_service.jobs.errors import WorkersNotReady
 from fingersplit_service.jobs.worker_functions import WarmUpReport
@@ -16,10 +16,12 @@ _HANDS: TypeAdapter[list[HandInfo]] = TypeAdapter(list[HandInfo])
 _METRICS: TypeAdapter[list[MetricInfo]] = TypeAdapter(list[MetricInfo])
 _FORMATS: TypeAdapter[list[FileFormatInfo]] = TypeAdapter(list[FileFormatInfo])
 _SOURCES: TypeAdapter[list[SourceInfo]] = TypeAdapter(list[SourceInfo])
+_PROTOCOLS: TypeAdapter[list[ProtocolInfo]] = TypeAdapter(list[ProtocolInfo])
+_CONTROLLERS: TypeAdapter[list[ControllerInfo]] = TypeAdapter(list[ControllerInfo])
 
 
 class HandCatalog:
-    """Hands, metrics, file formats and sources of parallel grasps: what the first warm worker said, and uploaded hands.
+    """Hands and the planner's registries: what the first warm worker said, and uploaded hands.
 
     Every method raises ``WorkersNotReady`` while no worker is warm yet.
 
@@ -59,6 +61,14 @@ class HandCatalog:
     def sources(self) -> list[SourceInfo]:
         """Every source of parallel grasps."""
         return _SOURCES.validate_python(self._catalog("sources"))
+
+    def protocols(self) -> list[ProtocolInfo]:
+        """Every verification protocol."""
+        return _PROTOCOLS.validate_python(self._catalog("protocols"))
+
+    def controllers(self) -> list[ControllerInfo]:
+        """Every controller of the simulated hand."""
+        return _CONTROLLERS.validate_python(self._catalog("controllers"))
 
     def _shipped_by_name(self) -> dict[str, HandInfo]:
         if self._shipped is None:

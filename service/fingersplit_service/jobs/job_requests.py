@@ -11,7 +11,7 @@ from fingersplit.contacts.friction import without_friction
 from fingersplit.errors import ParallelGraspError, SettingsError, suggestion
 from fingersplit.parallel_grasps.parallel_grasp import ParallelGrasp
 from fingersplit.splitting.settings import PlannerSettings
-from fingersplit_client.schemas import JobCreate
+from fingersplit_client.schemas import ControllerInfo, JobCreate, ProtocolInfo, SourceInfo
 from fingersplit_client.schemas import ParallelGrasp as ParallelGraspDocument
 from fingersplit_service.database.objects import ObjectStore
 from fingersplit_service.database.rows import NewJob
@@ -41,6 +41,8 @@ async def new_job(objects: ObjectStore, hands: HandCatalog, owner: str, request:
     """
     await check_hand(hands, owner, request.hand, prefix)
     check_source(hands, request.source, prefix)
+    _check_name("protocol", "verification protocol", request.protocol, hands.protocols(), prefix)
+    _check_name("controller", "controller", request.controller, hands.controllers(), prefix)
     if not _ID.fullmatch(request.object_id):
         detail = f"There is no object {request.object_id!r}; upload it to /v1/objects first."
         raise InvalidField(f"{prefix}/object_id", detail)
@@ -84,10 +86,16 @@ def check_source(hands: HandCatalog, name: str, prefix: str = "") -> None:
     Raises:
         InvalidField: It is not; the valid names are in it.
     """
-    known = [source.name for source in hands.sources()]
+    _check_name("source", "source of parallel grasps", name, hands.sources(), prefix)
+
+
+def _check_name(
+    field: str, kind: str, name: str, entries: Sequence[SourceInfo | ProtocolInfo | ControllerInfo], prefix: str
+) -> None:
+    known = [entry.name for entry in entries]
     if name not in known:
-        detail = f"Unknown source of parallel grasps {name!r}; known: {', '.join(known)}."
-        raise InvalidField(f"{prefix}/source", detail, valid=known)
+        detail = f"Unknown {kind} {name!r}; known: {', '.join(known)}."
+        raise InvalidField(f"{prefix}/{field}", detail, valid=known)
 
 
 def check_grasps(grasps: Sequence[ParallelGraspDocument], prefix: str = "") -> None:

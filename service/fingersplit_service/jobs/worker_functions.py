@@ -135,12 +135,16 @@ def _catalogs() -> dict[str, list[dict[str, Any]]]:
     from fingersplit.contacts.metrics import available_metrics
     from fingersplit.formats import available_formats
     from fingersplit.parallel_grasps.sources import available_sources
+    from fingersplit.verification.controllers import available_controllers
+    from fingersplit.verification.protocols import available_protocols
 
     sources = available_sources().values()
     return {
         "metrics": [metric.to_document() for metric in available_metrics().values()],
         "formats": [one.to_document() for one in available_formats().values()],
         "sources": [{"name": source.name, "meaning": source.meaning} for source in sources],
+        "protocols": [protocol.info() for protocol in available_protocols().values()],
+        "controllers": [controller.info() for controller in available_controllers().values()],
     }
 
 

@@ -4,12 +4,20 @@ Lengths are in metres, angles in radians, forces in newtons. Points and directio
 the frame of the uploaded mesh; quaternions are ``wxyz``. Surface normals point out of the object.
 """
 
-from fingersplit_client.schemas.base import Document, GraspFormat, Quaternion, SourceName, Unit, Vector3
-from fingersplit_client.schemas.catalogs import FileFormatInfo, MetricInfo, SourceInfo
+from fingersplit_client.schemas.base import (
+    ControllerName,
+    Document,
+    GraspFormat,
+    ProtocolName,
+    Quaternion,
+    SourceName,
+    Unit,
+    Vector3,
+)
+from fingersplit_client.schemas.catalogs import ControllerInfo, FileFormatInfo, MetricInfo, ProtocolInfo, SourceInfo
 from fingersplit_client.schemas.jobs import (
     Batch,
     BatchCreate,
-    ControllerName,
     GraspCurve,
     GraspVerification,
     Job,
@@ -19,7 +27,6 @@ from fingersplit_client.schemas.jobs import (
     JobState,
     JobSummary,
     JobVerification,
-    ProtocolName,
     VerificationState,
 )
 from fingersplit_client.schemas.objects import CloudReport, IntakeReport, ObjectOptions, ObjectSource
@@ -86,6 +93,7 @@ __all__ = [
     "BatchCreate",
     "CloudReport",
     "Contact",
+    "ControllerInfo",
     "ControllerName",
     "Document",
     "FileFormatInfo",
@@ -139,6 +147,7 @@ __all__ = [
     "PoseError",
     "Pregrasp",
     "Problem",
+    "ProtocolInfo",
     "ProtocolName",
     "Provenance",
     "Quaternion",

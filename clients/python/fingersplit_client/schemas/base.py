@@ -4,7 +4,16 @@ from typing import Literal
 
 from pydantic import BaseModel, ConfigDict
 
-__all__ = ["Document", "GraspFormat", "Quaternion", "SourceName", "Unit", "Vector3"]
+__all__ = [
+    "ControllerName",
+    "Document",
+    "GraspFormat",
+    "ProtocolName",
+    "Quaternion",
+    "SourceName",
+    "Unit",
+    "Vector3",
+]
 
 Vector3 = tuple[float, float, float]
 """Three numbers along x, y, z."""
@@ -14,6 +23,10 @@ Unit = Literal["m", "mm", "cm", "in"]
 """Length units the file of an object may be written in."""
 SourceName = str
 """Where parallel grasps come from when none are given: a name of `GET /v1/sources`."""
+ProtocolName = str
+"""What grasps are tried with in simulation: a name of `GET /v1/protocols`."""
+ControllerName = str
+"""How the hand is controlled in simulation: a name of `GET /v1/controllers`."""
 GraspFormat = str
 """Format of a file that parallel grasps are read from: a name of `GET /v1/formats`."""
 

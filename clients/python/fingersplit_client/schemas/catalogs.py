@@ -1,10 +1,10 @@
-"""What the planner knows beside hands: metrics of grasps, file formats of other tools, sources of parallel grasps."""
+"""What the planner knows beside hands: metrics, file formats, sources of parallel grasps, protocols, controllers."""
 
 from pydantic import Field
 
 from fingersplit_client.schemas.base import Document
 
-__all__ = ["FileFormatInfo", "MetricInfo", "SourceInfo"]
+__all__ = ["ControllerInfo", "FileFormatInfo", "MetricInfo", "ProtocolInfo", "SourceInfo"]
 
 
 class MetricInfo(Document):
@@ -37,3 +37,19 @@ class SourceInfo(Document):
 
     name: str = Field(description="What requests call it.")
     meaning: str = Field(description="How it finds them, in a sentence.")
+
+
+class ProtocolInfo(Document):
+    """A test that a verified grasp must survive in simulation."""
+
+    name: str = Field(description="What requests call it.")
+    meaning: str = Field(description="What is done to the held object, in a sentence.")
+    numbers: dict[str, bool | float | None] = Field(description="Its numbers by name, in SI units and radians.")
+
+
+class ControllerInfo(Document):
+    """A way to control the hand in simulation."""
+
+    name: str = Field(description="What requests call it.")
+    meaning: str = Field(description="How it holds the object, in a sentence.")
+    numbers: dict[str, float] = Field(description="Its numbers by name, in SI units and radians.")

@@ -5,14 +5,13 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from fingersplit_client.schemas.base import Document, SourceName
+from fingersplit_client.schemas.base import ControllerName, Document, ProtocolName, SourceName
 from fingersplit_client.schemas.plan import ParallelGrasp, PlanResult
 from fingersplit_client.schemas.verification import Verification
 
 __all__ = [
     "Batch",
     "BatchCreate",
-    "ControllerName",
     "GraspCurve",
     "GraspVerification",
     "Job",
@@ -22,19 +21,11 @@ __all__ = [
     "JobState",
     "JobSummary",
     "JobVerification",
-    "ProtocolName",
     "VerificationState",
 ]
 
 JobState = Literal["queued", "running", "succeeded", "failed", "cancelled"]
 """Where a job stands; the last three are final."""
-
-
-ProtocolName = Literal["gravity_six", "lift", "lift_full", "pick", "shake", "six_direction", "six_direction_hard"]
-"""What grasps can be tried with in simulation."""
-
-ControllerName = Literal["joint_torque", "position_servo", "virtual_frame"]
-"""How the hand can be controlled in simulation."""
 
 
 VerificationState = Literal["pending", "done", "failed"]
@@ -96,11 +87,15 @@ class JobCreate(Document):
     verified: int = Field(
         default=0, ge=0, le=100, description="Simulate ranked grasps, best first, until so many have held."
     )
-    protocol: ProtocolName = Field(default="lift", description="What a verified grasp must survive.")
+    protocol: ProtocolName = Field(
+        default="lift", max_length=64, description="What a verified grasp must survive: a name of `GET /v1/protocols`."
+    )
     controller: ControllerName = Field(
         default="position_servo",
-        description="How the hand is controlled while verifying: position_servo and joint_torque execute the grip that "
-        "is published with a grasp, virtual_frame plans one of its own for the loads of the protocol.",
+        max_length=64,
+        description="How the hand is controlled while verifying, a name of `GET /v1/controllers`: position_servo and "
+        "joint_torque execute the grip that is published with a grasp, virtual_frame plans one of its own for the "
+        "loads of the protocol.",
     )
     simulated_friction: Annotated[float, Field(ge=0, le=5)] | None = Field(
         default=None,
