@@ -149,6 +149,30 @@ def neighbour_cells(grid, i):
 
 
 @kernel
+def _cell_of(grid, i):
+    x = int((grid.points[i, 0] - grid.origin[0]) / grid.cell)
+    y = int((grid.points[i, 1] - grid.origin[1]) / grid.cell)
+    z = int((grid.points[i, 2] - grid.origin[2]) / grid.cell)
+    return (x * grid.shape[1] + y) * grid.shape[2] + z
+
+
+@kernel
+def _has_room(grid, newest, before, i, squared):
+    """Whether no kept point is nearer to point ``i`` than the root of ``squared`` [m^2]."""
+    xs, ys, zs = neighbour_cells(grid, i)
+    for x in range(xs[0], xs[1]):
+        for y in range(ys[0], ys[1]):
+            row = (x * grid.shape[1] + y) * grid.shape[2]
+            for z in range(zs[0], zs[1]):
+                j = newest[row + z]
+                while j >= 0:
+                    if _squared_distance(grid.points, j, grid.points[i]) < squared:
+                        return False
+                    j = before[j]
+    return True
+
+
+@kernel
 def thin_evenly(points, spacing):
     """Greedy Poisson-disk thinning: indices of points (n, 3) no two of which are closer than ``spacing`` [m].
 
@@ -158,17 +182,12 @@ def thin_evenly(points, spacing):
     place = np.empty_like(order)
     place[order] = np.arange(len(points))
     kept = np.zeros(len(points), np.bool_)
+    newest, before = np.full(len(grid.starts) - 1, -1), np.empty(len(points), np.int64)  # kept points of every cell
     for i in place:
-        xs, ys, zs = neighbour_cells(grid, i)
-        free = True
-        for x in range(xs[0], xs[1]):
-            for y in range(ys[0], ys[1]):
-                row = (x * grid.shape[1] + y) * grid.shape[2]
-                for j in range(grid.starts[row + zs[0]], grid.starts[row + zs[1]]):
-                    if kept[j] and _squared_distance(grid.points, j, grid.points[i]) < spacing * spacing:
-                        free = False
-                        break
-        kept[i] = free
+        if _has_room(grid, newest, before, i, spacing * spacing):
+            kept[i] = True
+            cell = _cell_of(grid, i)
+            before[i], newest[cell] = newest[cell], i
     return np.sort(order[kept])
 
 
