@@ -1,7 +1,9 @@
 """The description of the interface, and the shape of every refusal."""
 
 import re
-from dataclasses import fields
+from dataclasses import MISSING, fields
+from types import NoneType
+from typing import get_args, get_type_hints
 
 import fastapi
 import httpx2
@@ -10,16 +12,25 @@ import pytest
 from fake_workers import FUNCTIONS
 from pydantic import ValidationError
 
+from fingersplit.objects.intake.report import CloudReport as CoreCloudReport
+from fingersplit.objects.intake.report import IntakeReport as CoreIntakeReport
 from fingersplit.objects.options import ObjectOptions as CoreOptions
+from fingersplit.objects.solid import VolumeMethod
+from fingersplit.objects.source import UNITS
+from fingersplit.objects.source import ObjectSource as CoreSource
 from fingersplit.splitting.settings import PlannerSettings
 from fingersplit_client.schemas import (
+    CloudReport,
     ControllerInfo,
     FileFormatInfo,
+    IntakeReport,
     MetricInfo,
     ObjectOptions,
+    ObjectSource,
     Problem,
     ProtocolInfo,
     SourceInfo,
+    Unit,
 )
 from fingersplit_service.app import create_app
 from fingersplit_service.jobs.worker_functions import _catalogs
@@ -77,6 +88,31 @@ async def test_references_lead_somewhere(schema):
 async def test_planner_settings_are_listed(schema):
     text = schema["components"]["schemas"]["JobCreate"]["properties"]["planner"]["description"]
     assert all(f"`{setting.name}`" in text for setting in fields(PlannerSettings))
+
+
+@pytest.mark.parametrize("kind", [CoreIntakeReport, CoreCloudReport, CoreOptions, CoreSource], ids=lambda k: k.__name__)
+def test_schemas_of_objects_have_the_planners_fields(kind):
+    """Names, order, defaults and whether null is allowed; reports of older files may lack what has a default here."""
+    schema = {CoreIntakeReport: IntakeReport, CoreCloudReport: CloudReport, CoreSource: ObjectSource}.get(kind)
+    documented = (schema or ObjectOptions).model_fields
+    known = {part.name: part for part in fields(kind)}
+    assert list(documented) == [*known, *getattr(kind, "computed", ())]
+    hints = get_type_hints(kind)
+    for name, part in known.items():
+        if part.default is not MISSING:
+            assert documented[name].default == part.default
+        if NoneType in get_args(hints[name]):
+            assert NoneType in get_args(documented[name].annotation)
+        if "doc" in part.metadata:
+            unit = part.metadata["unit"]
+            said = part.metadata["doc"].removesuffix(".") + (f" [{unit}]" if unit != "1" else "") + "."
+            assert documented[name].description == said
+
+
+def test_choices_of_objects_are_the_planners():
+    assert set(get_args(Unit)) == set(UNITS)
+    method = IntakeReport.model_fields["volume_method"].annotation
+    assert get_args(method) == get_args(VolumeMethod)
 
 
 async def test_options_have_the_planners_ranges():

@@ -8,7 +8,7 @@ agree on what is inside; parts that overlap count once.
 
 from collections import defaultdict
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,16 @@ from scipy.spatial import ConvexHull, QhullError
 from fingersplit.objects.moments_kernel import surface_moments
 from fingersplit.objects.solid_kernel import count_crossings, find_crossings
 
-__all__ = ["LARGE_OPENING", "Moments", "Solid", "close_surface", "moments_of", "solid_of", "unmatched_sides"]
+__all__ = [
+    "LARGE_OPENING",
+    "Moments",
+    "Solid",
+    "VolumeMethod",
+    "close_surface",
+    "moments_of",
+    "solid_of",
+    "unmatched_sides",
+]
 
 LARGE_OPENING = 0.3
 """Share of the closed surface that caps may be; beyond, what a surface encloses is anybody's guess, and the hull it is.
@@ -50,6 +59,10 @@ class Moments(NamedTuple):
     second_moment: NDArray[np.float64]
 
 
+VolumeMethod = Literal["surface", "capped_holes", "union", "convex_hull"]
+"""How what a surface encloses was measured, see ``Solid``."""
+
+
 @dataclass(frozen=True, eq=False)
 class Solid:
     """What a surface encloses.
@@ -67,7 +80,7 @@ class Solid:
     vertices: NDArray[np.float64]
     faces: NDArray[np.int32]
     open_share: float
-    method: str
+    method: VolumeMethod
     moments: Moments
 
 
@@ -81,7 +94,8 @@ def solid_of(vertices: NDArray[np.float64], faces: NDArray[np.int32], is_closed:
     """
     corners, closed = (vertices, faces) if is_closed else close_surface(vertices, faces)
     found = moments_of(corners, closed)
-    area, open_share, method = found.area, 0.0, "surface"
+    area, open_share = found.area, 0.0
+    method: VolumeMethod = "surface"
     if len(closed) > len(faces):
         area = surface_moments(vertices, faces, (0.0, 0.0, 0.0))[0]
         open_share, method = 1.0 - area / found.area, "capped_holes"

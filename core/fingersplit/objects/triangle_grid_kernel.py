@@ -7,7 +7,7 @@ import numpy as np
 from fingersplit.compilation import kernel
 from fingersplit.vectors_kernel import cross, get, norm, scale, subtract
 
-__all__ = ["MARGIN", "cast", "cast_rays", "face_normal", "fill_cells"]
+__all__ = ["MARGIN", "cast", "face_normal", "fill_cells"]
 
 MARGIN = 1e-6
 """Share of a cell by which triangles are binned more widely than they are, so that rounding loses no crossing."""
@@ -209,12 +209,3 @@ def face_normal(grid, face):
     a, b, c = get(grid.vertices, corners[0]), get(grid.vertices, corners[1]), get(grid.vertices, corners[2])
     n = cross(subtract(b, a), subtract(c, a))
     return scale(1.0 / norm(n), n)
-
-
-@kernel
-def cast_rays(grid, origins, directions, longest):
-    """First crossing of every ray: distances (n,) [m], infinite where there is none, and faces (n,), -1 there."""
-    distances, faces = np.full(len(origins), math.inf), np.full(len(origins), -1)
-    for i in range(len(origins)):
-        cast(grid, get(origins, i), get(directions, i), longest, distances[i : i + 1], faces[i : i + 1])
-    return distances, faces

@@ -8,7 +8,7 @@ import trimesh
 
 from fingersplit.objects.mesh import Mesh
 from fingersplit.objects.triangle_grid import bin_triangles
-from fingersplit.objects.triangle_grid_kernel import cast, cast_rays, face_normal
+from fingersplit.objects.triangle_grid_kernel import cast, face_normal
 
 
 def grid_of(solid: trimesh.Trimesh):
@@ -55,7 +55,9 @@ def test_real_meshes_agree_with_embree(every_object):
     inside = rng.uniform(lows, highs, (300, 3))
     _, directions = random_rays(300, 1.0, seed=2)
     origins = inside - directions
-    distances, faces = cast_rays(every_object.triangles, origins, directions, 3.0)
+    distances, faces = np.full(len(origins), math.inf), np.full(len(origins), -1)
+    for i, (origin, direction) in enumerate(zip(origins, directions, strict=True)):
+        cast(every_object.triangles, tuple(origin), tuple(direction), 3.0, distances[i : i + 1], faces[i : i + 1])
     hits, rays, points = every_object.mesh.trimesh.ray.intersects_id(
         origins, directions, multiple_hits=False, return_locations=True
     )[:3]
