@@ -42,7 +42,7 @@ def measure_parallel_grasps(name: str, load: Callable[[], Mesh], repeats: int) -
     first_ms, first = _timed(lambda: sample_antipodal(model, 200, **_antipodal(1, 0)))
     fit_surfaces(model, 1, gripper=PadGripper(OPENING), friction=FRICTION, rng=np.random.default_rng(0))
     fits = [_timed(partial(_fit, model, seed)) for seed in range(repeats)]
-    seats = surface_fits(model, 8 * FITS, PadGripper(OPENING), FRICTION, np.random.default_rng(0))[0]
+    scores = surface_fits(model, 8 * FITS, PadGripper(OPENING), FRICTION, np.random.default_rng(0))[0]
     return {
         "object": name,
         "faces": len(mesh.faces),
@@ -57,7 +57,7 @@ def measure_parallel_grasps(name: str, load: Callable[[], Mesh], repeats: int) -
         ),
         "fitting_ms": median(ms for ms, _ in fits),
         "fitted": median(len(grasps) for _, grasps in fits),
-        "fitting_hit_rate": float((seats > 0).mean()),
+        "fitting_hit_rate": float((scores > 0).mean()),
     }
 
 

@@ -7,7 +7,7 @@ from typing import Any
 __all__ = ["result_html"]
 
 _COLUMNS = ("rank", "feasible", "holding margin [N]", "in simulation", "Ferrari-Canny [N]", "palm [mm]")
-_MOST_ROWS = 10
+_MAX_ROWS = 10
 
 
 def result_html(result: Any, picture: bytes | None) -> str:
@@ -35,5 +35,5 @@ def _rows(result: Any) -> list[tuple[str, ...]]:
             f"{grasp.metrics.ferrari_canny:.3f}",
             " ".join(f"{1e3 * x:.0f}" for x in grasp.palm.position),
         )
-        for grasp in result.grasps[:_MOST_ROWS]
+        for grasp in result.grasps[:_MAX_ROWS]
     ]

@@ -26,7 +26,7 @@ _LONGEST_WAIT = 25.0
 """For one answer, below what something between us and the service would cut [s]."""
 _SILENCE = 40.0
 """Longest time without a sign of life on a stream of events; the service gives one every 15 s [s]."""
-_LEAST_WAIT = 0.02
+_MIN_WAIT = 0.02
 """An answer that comes sooner though the job goes on did not wait; the next is asked for after a pause [s]."""
 _UNWAITED_PAUSE = 0.25
 _CLEANUP_TIMEOUT = 5.0
@@ -125,7 +125,7 @@ def _wait(bound: Bound[Any], job: Job[Any], deadline: Deadline, on_progress: Pro
             job = yield from get(bound, job.id, min(_LONGEST_WAIT, deadline.left), deadline)
         except WaitTimeout:
             raise WaitTimeout(job, deadline.timeout) from None
-        if not job.ended and time.monotonic() - asked < _LEAST_WAIT:
+        if not job.ended and time.monotonic() - asked < _MIN_WAIT:
             yield Pause(min(_UNWAITED_PAUSE, deadline.left))
     if job.state != "succeeded":
         raise JobFailed(job)
@@ -155,7 +155,7 @@ class Follower:
     """Reads the events of a job; a stream that breaks is opened again where it was.
 
     Args:
-        bound: Who asks.
+        bound: The client.
         job_id: Id of the job.
         last_event_id: The last event that was seen; None for all.
         deadline: When the time to follow is over.

@@ -1,4 +1,4 @@
-"""Whether a grasp holds: how much friction it has to spare while it carries the object, whichever way is down.
+"""Whether a grasp holds: how much friction it has to spare while it carries the object, for each direction of gravity.
 
 For gravity along each of the six directions of the object's axes, contact forces f are sought that balance the weight,
 stay inside the friction cones and ask no joint for more than its torque limit. Of all such forces, the margin is the

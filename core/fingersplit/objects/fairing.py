@@ -17,7 +17,7 @@ _SLIVER = 1e-3  # least sine of an angle; a cotangent beyond 1000 would hold two
 
 
 def fair(mesh: Mesh, wavelength: float) -> Mesh:
-    """Smooth a mesh: waves of a wavelength lose half their height, longer ones less, shorter ones more.
+    """Smooth a mesh: a wavelength is attenuated by half, longer ones less, shorter ones more.
 
     Solves (M + t K) x' = M x with the cotangent stiffness K, the lumped mass M (a third of the area about each
     vertex), and t = (wavelength / 2 pi)^2: the implicit integration of [Desbrun1999] with its curvature operator. The

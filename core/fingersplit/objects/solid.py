@@ -235,8 +235,8 @@ def _measured(vertices: NDArray[np.float64], faces: NDArray[np.int32]) -> tuple[
     lines, heights, winding = lines[order], heights[order], np.cumsum(signs[order], dtype=np.int64)
     last = np.concatenate([lines[1:] != lines[:-1], np.ones(min(count, 1), bool)])
     # A line through an edge may meet both faces there, or none; then its count does not end at zero: it is left out.
-    astray = np.flatnonzero(last)[np.diff(winding[last], prepend=0) != 0]
-    kept = ~np.isin(lines, lines[astray])
+    uneven = np.flatnonzero(last)[np.diff(winding[last], prepend=0) != 0]
+    kept = ~np.isin(lines, lines[uneven])
     winding = winding - np.repeat(np.concatenate([[0], winding[last][:-1]]), np.diff(np.flatnonzero(last), prepend=-1))
     inside = np.flatnonzero(kept[:-1] & ~last[:-1] & (winding[:-1] != 0))
     bottom, top, times = heights[inside], heights[inside + 1], winding[inside]

@@ -17,7 +17,7 @@ from fingersplit.scene.ways import NOT_ALLOWED
 
 __all__ = ["Relaxation", "count_obstacles", "find_relaxations"]
 
-MOST_OBSTACLES = 3
+MAX_OBSTACLES = 3
 """Obstacles that are tried to be left out, those that rejected most first."""
 DEEPEST = 1.0
 """[m]; an overlap is measured up to here."""
@@ -105,7 +105,7 @@ def _relaxed(scene: PreparedScene, runs: Sequence[Run]) -> Iterator[tuple[str, s
     if world.clearance > 0.0 and scene.names:
         free = replace(given, scene=replace(world, clearance=0.0))
         yield "scene.clearance", "m", free, "A scene.clearance that is {} less would leave a grasp."
-    for name in list(count_obstacles(runs, scene))[:MOST_OBSTACLES]:
+    for name in list(count_obstacles(runs, scene))[:MAX_OBSTACLES]:
         obstacles = tuple(obstacle for obstacle in world.obstacles if obstacle.id != name)
         supports = tuple(support for support in world.support_surfaces if support.id != name)
         free = replace(given, scene=replace(world, obstacles=obstacles, support_surfaces=supports))

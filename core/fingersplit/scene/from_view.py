@@ -25,11 +25,11 @@ ON_PLANE = 5e-3
 """[m]; points nearer than this to the support surface are part of it."""
 TRIALS, FITTED, PLANES = 200, 4_000, 3
 """RANSAC's trials and points, and how many planes are looked at."""
-LEAST_SHARE = 0.1
+MIN_SHARE = 0.1
 """Of the points around the target, what a support surface must have."""
 CONTACT_GAP = 0.03
 """[m]; so near to it must the target come, since it stands on it."""
-MOST_TILT = np.cos(np.radians(45.0))
+MIN_UPRIGHTNESS = np.cos(np.radians(45.0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,7 +159,7 @@ class _Plane:
         """Whether an object with these points may stand on it."""
         heights = np.quantile(target @ self.normal - self.offset, (0.02, 0.1))
         stands = heights[0] >= -2.0 * ON_PLANE and heights[0] <= CONTACT_GAP
-        level = world_from_camera is None or float(world_from_camera[2, :3] @ self.normal) >= MOST_TILT
+        level = world_from_camera is None or float(world_from_camera[2, :3] @ self.normal) >= MIN_UPRIGHTNESS
         return bool(stands and level)
 
     def surface(self, scene_from_camera: NDArray[np.float64]) -> SupportSurface:
@@ -184,7 +184,7 @@ def _find_support(
             break
         shown = left[rng.choice(len(left), min(len(left), FITTED), replace=False)]
         plane, inliers = ransac(shown, _Plane, 3, ON_PLANE, max_trials=TRIALS, rng=0)
-        if plane is None or inliers.sum() < max(3, LEAST_SHARE * len(shown)):
+        if plane is None or inliers.sum() < max(3, MIN_SHARE * len(shown)):
             break
         plane = plane.turned_to(target)
         if plane.carries(target, world_from_camera):

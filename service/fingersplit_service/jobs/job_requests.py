@@ -31,7 +31,7 @@ async def new_job(objects: ObjectStore, hands: HandCatalog, owner: str, request:
     Args:
         objects: Where sets of parallel grasps are.
         hands: The hands that are known.
-        owner: Who asks.
+        owner: Whose job it will be.
         request: What for.
         prefix: Where it stands in the whole request, as a JSON pointer.
 

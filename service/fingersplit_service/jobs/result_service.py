@@ -65,7 +65,7 @@ class ResultService:
         """The file of a view, made by a worker unless it is there.
 
         Args:
-            owner: Who asks.
+            owner: Whose job it is.
             job_id: The job.
             rank: Rank of the grasp; None for the one that stands for the run.
             name: The view.

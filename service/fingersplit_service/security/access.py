@@ -1,4 +1,4 @@
-"""Who asks, and what the asking key may do."""
+"""Authentication of requests, and the permissions of their keys."""
 
 import time
 from dataclasses import dataclass
@@ -63,7 +63,7 @@ class Access:
         return None if row is None or row.revoked_at is not None else Principal(row.id, row.name, row.scopes)
 
     async def identify(self, key: str | None, token: str | None) -> Principal | None:
-        """Who asks with a key or a session; None for a stranger."""
+        """The principal of a request with a key or a session; None without either."""
         if await self.open():
             return _LOCAL
         if key is not None:

@@ -6,7 +6,7 @@ from fingersplit_service.settings import ServiceSettings, is_loopback
 __all__ = ["Exposed", "refuse_exposure"]
 
 
-class Exposed(Exception):  # noqa: N818 -- names what is the case
+class Exposed(Exception):  # noqa: N818
     """The service would listen where strangers can reach it, and let them in."""
 
 

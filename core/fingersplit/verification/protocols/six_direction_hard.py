@@ -15,7 +15,9 @@ class SixDirectionHard(SixDirection):
 
     name: ClassVar[str] = "six_direction_hard"
 
-    friction_scale: float = setting(0.5, "1", "Factor on the world's friction, of which the grip knows nothing.", 0, 10)
+    friction_scale: float = setting(
+        0.5, "1", "Scales the simulated friction only; grip forces use the planned friction.", 0, 10
+    )
     torsional_friction: float = setting(
         0.002, "m", "Torsional friction at a requested friction of 0.6, in proportion at others.", 0.0, 0.1
     )
