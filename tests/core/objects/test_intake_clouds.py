@@ -2,6 +2,7 @@
 
 import io
 import json
+import re
 import zipfile
 
 import numpy as np
@@ -210,6 +211,38 @@ def test_viewpoint_of_a_mesh_is_refused():
     assert refusal.value.code == "needless_viewpoint"
 
 
+def _pcd_with(field: str, size: str, kind: str, row: str) -> bytes:
+    rows = ["0 0 0 7", "0 0 0.1 7", row]
+    return (
+        PCD_HEADER.format(f" {field}", f" {size}", f" {kind}", " 1", 3, 1, "0 0 0 1 0 0 0", 3, "ascii")
+    ).encode() + ("\n".join(rows).encode())
+
+
+def _damaged_npz(place: int) -> bytes:
+    data = bytearray(cloud("npz"))
+    data[place] ^= 0xFF
+    return bytes(data)
+
+
+@pytest.mark.parametrize(
+    ("data", "file_type", "sentence"),
+    [
+        (
+            _pcd_with("label", "4", "U", "0 0.1 0.o 7"),
+            "pcd",
+            "Point 2 of the PCD file has '0.o', which is not a number",
+        ),
+        (_pcd_with("label", "4", "U", "0 0.1 0 7.5"), "pcd", "Point 2 of the PCD file has '7.5', which is not a whole"),
+        (_pcd_with("label", "1", "U", "0 0.1 0 7000"), "pcd", "a number that does not fit the TYPE and SIZE"),
+        (_damaged_npz(200), "npz", "The NPZ array 'points' is damaged: its bytes in the zip archive do not unpack"),
+    ],
+)
+def test_damage_is_named_with_its_place(data, file_type, sentence):
+    with pytest.raises(ObjectFileError, match=re.escape(sentence)) as refusal:
+        read_bytes(data, file_type)
+    assert refusal.value.__cause__ is None or str(refusal.value.__cause__) not in str(refusal.value)
+
+
 @pytest.mark.parametrize("form", FORMS)
 def test_mutated_clouds_end_in_a_cloud_or_a_refusal(form):
     random, data, outcomes = np.random.default_rng(7), cloud(form), {"cloud": 0}
@@ -218,6 +251,7 @@ def test_mutated_clouds_end_in_a_cloud_or_a_refusal(form):
             read, report = read_bytes(mutated(data, random), FORMS[form])
         except ObjectFileError as refusal:
             outcomes[refusal.code] = outcomes.get(refusal.code, 0) + 1
+            assert "does not follow" not in str(refusal)  # which says neither what is wrong nor where
         else:
             outcomes["cloud"] += 1
             assert np.isfinite(read.points).all()

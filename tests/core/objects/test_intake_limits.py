@@ -125,6 +125,15 @@ def test_promised_counts_cost_no_memory(tmp_path):
     assert done.stdout.split() == ["truncated"] * len(files)
 
 
+@pytest.mark.parametrize("word", ["nan", "inf", "1.5", "1e300"])
+def test_a_face_with_no_number_of_a_vertex_is_named(word):
+    data = ball("ply", encoding="ascii").decode().splitlines()
+    face = next(number for number, line in enumerate(data) if line.startswith("3 "))
+    data[face] = f"3 0 {word} 2"
+    with pytest.raises(ObjectFileError, match=f"line {face + 1} has the vertex .*whole numbers, from 0 on"):
+        read_mesh("\n".join(data).encode(), "ply")
+
+
 @pytest.mark.parametrize(
     ("file_type", "options"),
     [
@@ -146,6 +155,7 @@ def test_mutated_files_end_in_a_mesh_or_a_refusal(file_type, options):
             mesh, report = read_mesh(mutated(data, random), file_type.removesuffix("_ascii"))
         except ObjectFileError as refusal:
             outcomes[refusal.code] = outcomes.get(refusal.code, 0) + 1
+            assert "does not follow" not in str(refusal)  # which says neither what is wrong nor where
         else:
             outcomes["mesh"] += 1
             assert np.isfinite(mesh.vertices).all()

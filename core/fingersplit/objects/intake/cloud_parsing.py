@@ -70,7 +70,16 @@ def parse_cloud(data: bytes, file_type: str) -> RawCloud:
 def _parse_pcd(data: bytes) -> RawCloud:
     with extra("clouds"):
         from pypcd4.pypcd4 import PointCloud as PcdFile
-    cloud = PcdFile.from_fileobj(io.BufferedReader(io.BytesIO(check_pcd(data))))
+    checked = check_pcd(data)
+    try:
+        cloud = PcdFile.from_fileobj(io.BufferedReader(io.BytesIO(checked)))
+    except Exception as error:  # lengths and words agree with the header, so it is in the numbers or their packing
+        packed = b"\nDATA binary_compressed\n" in checked
+        raise malformed(
+            "The packed points of the PCD file are damaged: they do not unpack."
+            if packed
+            else "A point of the PCD file has a number that does not fit the TYPE and SIZE of its field."
+        ) from error
     rows = np.atleast_1d(cloud.pc_data)
     viewpoint = np.array(cloud.metadata.viewpoint[:3])
     # All zero is what programs write that do not know it.
@@ -107,14 +116,21 @@ def _parse_npz(data: bytes) -> RawCloud:
 def _read_array(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> NDArray[np.float64]:
     """One array of an .npz file, if it is as long as both of its headers say."""
     check_count(entry.file_size // 64, _MAX_BYTES // 64, "numbers")
-    with archive.open(entry) as file:
-        content = file.read(_MAX_BYTES + 1)
+    name = entry.filename.removesuffix(".npy")
+    try:
+        with archive.open(entry) as file:
+            content = file.read(_MAX_BYTES + 1)
+    except Exception as error:  # zipfile passes on whatever its packages raise on damaged bytes
+        raise malformed(f"The NPZ array {name!r} is damaged: its bytes in the zip archive do not unpack.") from error
     stream = io.BytesIO(content)
-    version = np.lib.format.read_magic(stream)
-    reader = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
-    shape, _, dtype = reader(stream)
+    try:
+        version = np.lib.format.read_magic(stream)
+        reader = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
+        shape, _, dtype = reader(stream)
+    except ValueError as error:
+        raise malformed(f"The NPZ array {name!r} has no header that says its type and shape.") from error
     if dtype.kind not in "fiu":
-        raise malformed(f"The NPZ array {entry.filename[:-4]!r} holds {dtype.name}, not numbers.")
+        raise malformed(f"The NPZ array {name!r} holds {dtype.name}, not numbers.")
     n_bytes = int(np.prod(shape, dtype=object)) * dtype.itemsize
     if n_bytes != len(content) - stream.tell():
         raise truncated(f"an array of {n_bytes:,} bytes", f"{len(content) - stream.tell():,}")

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from fingersplit.errors import ObjectFileError
-from fingersplit.objects.intake.refusals import MAX_FACES, check_count, malformed, mismatch, truncated
+from fingersplit.objects.intake.refusals import MAX_FACES, check_count, malformed, mismatch, not_a_number, truncated
 
 __all__ = ["check_pcd"]
 
@@ -14,6 +14,8 @@ _MAX_HEADER = 65_536  # bytes
 _DATA = re.compile(rb"^DATA[ \t]+(ascii|binary|binary_compressed)[ \t]*\r?\n", re.MULTILINE)
 _TYPES = {"F4", "F8", "I1", "I2", "I4", "I8", "U1", "U2", "U4", "U8"}
 _KINDS = {"F": "f", "I": "i", "U": "u"}
+_NUMBER = re.compile(rb"[+-]?((\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|nan|inf)", re.IGNORECASE)
+_WHOLE = re.compile(rb"[+-]?\d{1,20}")
 
 
 def check_pcd(data: bytes) -> bytes:
@@ -27,7 +29,7 @@ def check_pcd(data: bytes) -> bytes:
     check_count(count, MAX_FACES, "points")
     form, body = end[1].decode(), data[end.end() :]
     if form == "ascii":
-        body = _check_rows(body, count, sum(each[2][0] if len(each) > 2 else 1 for each in dtype.descr))
+        body = _check_rows(body, count, [kind for name in dtype.names or () for kind in _kinds(dtype[name])])
     elif form == "binary":
         _check_length(count * dtype.itemsize, len(body), count)
     else:
@@ -87,7 +89,12 @@ def _viewpoint(header: dict[str, list[str]]) -> str:
     return " ".join(words) or "0 0 0 1 0 0 0"
 
 
-def _check_rows(body: bytes, count: int, n_words: int) -> bytes:
+def _kinds(column: np.dtype[Any]) -> str:
+    """Kind of number, such as ``f``, of every word of a column."""
+    return column.base.kind * int(np.prod(column.shape, dtype=np.int64))
+
+
+def _check_rows(body: bytes, count: int, kinds: list[str]) -> bytes:
     """The rows of the ASCII form, words one blank apart."""
     rows = [line.split() for line in body.splitlines() if line.strip()]
     if len(rows) < count:
@@ -95,8 +102,11 @@ def _check_rows(body: bytes, count: int, n_words: int) -> bytes:
     if len(rows) > count:
         raise mismatch(f"The PCD header counts {count:,} points, but {len(rows):,} lines follow.")
     for number, row in enumerate(rows):
-        if len(row) != n_words:
-            raise malformed(f"Point {number} of the PCD file has {len(row)} words, not {n_words}.")
+        if len(row) != len(kinds):
+            raise malformed(f"Point {number} of the PCD file has {len(row)} words, not {len(kinds)}.")
+        for word, kind in zip(row, kinds, strict=True):
+            if not (_NUMBER if kind == "f" else _WHOLE).fullmatch(word):
+                raise not_a_number(word, f"Point {number} of the PCD file", whole=kind != "f")
     return b"\n".join(map(b" ".join, rows)) + b"\n"
 
 

@@ -232,7 +232,7 @@ def _read_text(elements: list[_Element], body: bytes, begin: int) -> _Content:
                 if item.length_type is None and item.name in columns:
                     columns[item.name].append(values[0])
                 elif item is element.indices:
-                    corners += map(int, values)
+                    corners += _indices(values, line)
                     sizes.append(len(values))
                     lines.append(line)
         if element.name == "vertex":
@@ -242,6 +242,14 @@ def _read_text(elements: list[_Element], body: bytes, begin: int) -> _Content:
             content.sizes[element.name] = np.array(sizes, np.int64)
             content.lines[element.name] = np.array(lines, np.int64)
     return content
+
+
+def _indices(values: list[float], line: int) -> list[int]:
+    """The numbers of a face's vertices."""
+    wrong = next((value for value in values if not (value.is_integer() and abs(value) < 2**53)), None)
+    if wrong is not None:
+        raise malformed(f"The face on line {line} has the vertex {wrong:g}; vertices have whole numbers, from 0 on.")
+    return list(map(int, values))
 
 
 def _row(element: _Element, words: list[bytes], line: int) -> list[tuple[_Property, list[float]]]:

@@ -29,14 +29,14 @@ def truncated(announced: str, present: str) -> ObjectFileError:
     )
 
 
-def not_a_number(word: bytes, where: str) -> ObjectFileError:
-    """The error for a word of a text file that should be a number."""
+def not_a_number(word: bytes, where: str, *, whole: bool = False) -> ObjectFileError:
+    """The error for a word of a text file that should be a number, or a whole one."""
     text = repr(word.decode("latin1")[:30])
     if b"," in word:
         return ObjectFileError(
             "malformed", f"{where} has {text}, a number with a comma; decimals are written with a point, such as 0.5."
         )
-    return ObjectFileError("malformed", f"{where} has {text}, which is not a number.")
+    return ObjectFileError("malformed", f"{where} has {text}, which is not a {'whole ' * whole}number.")
 
 
 def check_count(count: int, most: int, what: str = "faces") -> None:
