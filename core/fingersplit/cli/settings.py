@@ -70,7 +70,7 @@ def _topics() -> dict[str, tuple[str, Rows]]:
     """Title and settings with their values, by what they belong to."""
     from fingersplit.objects.options import ObjectOptions
     from fingersplit.splitting.settings import PlannerSettings
-    from fingersplit.verification.controllers import CONTROLLERS
+    from fingersplit.verification.controllers import available_controllers
     from fingersplit.verification.protocols import available_protocols
 
     found = {
@@ -79,8 +79,8 @@ def _topics() -> dict[str, tuple[str, Rows]]:
     }
     for name, protocol in available_protocols().items():
         found[name] = (f"Numbers of the protocol {name}", list(_rows(protocol)))
-    for name, controller in CONTROLLERS.items():
-        found[name] = (f"Numbers of the controller {name}", list(_rows(controller())))
+    for name, controller in available_controllers().items():
+        found[name] = (f"Numbers of the controller {name}", list(_rows(controller)))
     return found
 
 

@@ -17,7 +17,7 @@ from fingersplit.errors import SettingsError
 from fingersplit.planning.planning import plan
 from fingersplit.scene import Constraints
 from fingersplit.splitting.settings import PlannerSettings
-from fingersplit.verification.controllers import CONTROLLERS
+from fingersplit.verification.controllers import available_controllers
 from fingersplit.verification.protocols import available_protocols
 
 PROGRAM = Path(sys.executable).with_name("fingersplit")
@@ -43,7 +43,7 @@ def test_protocols_controllers_and_objects_have_settings_too():
     assert "[kg/m^3]" in told("plan", "--help")  # brackets are no markup
     assert "decided_after" in told("settings", "lift")
     documents = json.loads(told("settings", "--json"))
-    assert set(documents) == {"planner", "object", *available_protocols(), *CONTROLLERS}
+    assert set(documents) == {"planner", "object", *available_protocols(), *available_controllers()}
     height = next(one for one in documents["lift"] if one["name"] == "height")
     assert (height["default"], height["unit"], height["low"], height["high"]) == (0.2, "m", 0.0, 1.0)
 
