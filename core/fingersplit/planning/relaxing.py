@@ -7,10 +7,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fingersplit.feasibility.violations_kernel import NEAR_OBSTACLE, NO_APPROACH, NO_RETREAT
+from fingersplit.hands.shapes_kernel import shape_distance
 from fingersplit.planning.run import Run
 from fingersplit.scene.constraints import Constraints
 from fingersplit.scene.contact_regions import ContactRegions
-from fingersplit.scene.obstacles import new_slacks
+from fingersplit.scene.obstacles import HALF_SPACE, new_slacks
 from fingersplit.scene.obstacles_kernel import measure_slacks
 from fingersplit.scene.preparing import PreparedScene
 from fingersplit.scene.ways import NOT_ALLOWED
@@ -105,7 +106,8 @@ def _relaxed(scene: PreparedScene, runs: Sequence[Run]) -> Iterator[tuple[str, s
     if world.clearance > 0.0 and scene.names:
         free = replace(given, scene=replace(world, clearance=0.0))
         yield "scene.clearance", "m", free, "A scene.clearance that is {} less would leave a grasp."
-    for name in list(count_obstacles(runs, scene))[:MAX_OBSTACLES]:
+    blockers = list(count_obstacles(runs, scene)) if runs else _nearest(scene)
+    for name in blockers[:MAX_OBSTACLES]:
         obstacles = tuple(obstacle for obstacle in world.obstacles if obstacle.id != name)
         supports = tuple(support for support in world.support_surfaces if support.id != name)
         free = replace(given, scene=replace(world, obstacles=obstacles, support_surfaces=supports))
@@ -113,6 +115,16 @@ def _relaxed(scene: PreparedScene, runs: Sequence[Run]) -> Iterator[tuple[str, s
     if approach.required:
         free = replace(given, approach=replace(approach, required=False))
         yield "approach.required", "", free, ""
+
+
+def _nearest(scene: PreparedScene) -> list[str]:
+    """Names of primitives by their distance from the object's origin: what may rule out every start."""
+    near = []
+    for one in () if scene.arrays is None else scene.arrays.primitives:
+        x, y, z = (-one.position @ one.rotation).tolist()
+        far = z if one.kind == HALF_SPACE else shape_distance(one.kind, one.size, x, y, z)
+        near.append((far, scene.names[one.obstacle]))
+    return [name for _, name in sorted(near)]
 
 
 def _excess(name: str, scene: PreparedScene, run: Run) -> float:

@@ -30,6 +30,11 @@ ATTEMPTS, MORE_STARTS = 3, 3
 """A request with a scene is tried again when nothing is feasible, so often in all, each time with more starts."""
 
 
+_NOTHING_LEFT = (
+    "No parallel grasp is left to start from: what stands around the object, approach.directions, the palm's limits and "
+    "contact_regions rule out all that were found."
+)
+
 _Found = tuple[Sequence[ParallelGrasp], tuple[Run, ...]]
 """Parallel grasps, and the runs that started from them."""
 
@@ -132,6 +137,7 @@ def find_grasps(
 
         relaxations = find_relaxations(scene, runs, relaxed)
         watch.lap("splitting")
+    ruled_out = scene.restricts and parallel_grasps is None and not len(given) and not runs
     grasps = rank_runs(model, runs, top_k, friction, threads)
     carries = any(one.run.feasible and one.carries_weight for one in grasps)
     watch.lap("ranking")
@@ -148,7 +154,7 @@ def find_grasps(
         grasps=grasps,
         message=" ".join(
             (
-                describe_outcome(len(given), runs, hand, friction, model, carries),
+                _NOTHING_LEFT if ruled_out else describe_outcome(len(given), runs, hand, friction, model, carries),
                 *(relaxation.sentence for relaxation in relaxations[:1]),
             )
         ),
