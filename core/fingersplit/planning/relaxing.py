@@ -122,7 +122,7 @@ def _nearest(scene: PreparedScene) -> list[str]:
     near = []
     for one in () if scene.arrays is None else scene.arrays.primitives:
         x, y, z = (-one.position @ one.rotation).tolist()
-        far = z if one.kind == HALF_SPACE else shape_distance(one.kind, one.size, x, y, z)
+        far = z if one.kind == HALF_SPACE else shape_distance(int(one.kind), one["size"], x, y, z)
         near.append((far, scene.names[one.obstacle]))
     return [name for _, name in sorted(near)]
 

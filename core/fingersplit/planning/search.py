@@ -31,8 +31,8 @@ ATTEMPTS, MORE_STARTS = 3, 3
 
 
 _NOTHING_LEFT = (
-    "No parallel grasp is left to start from: what stands around the object, approach.directions, the palm's limits and "
-    "contact_regions rule out all that were found."
+    "No parallel grasp is left to start from: what stands around the object, approach.directions, the palm's limits "
+    "and contact_regions rule out all that were found."
 )
 
 _Found = tuple[Sequence[ParallelGrasp], tuple[Run, ...]]
