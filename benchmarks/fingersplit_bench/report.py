@@ -18,6 +18,9 @@ FIGURES = {
     "first_plan_s": "<= 3 s",
     "ipopt_ratio": "reported",
     "holding_rate": ">= 15 of 16",
+    "lift_ms": "<= 13 ms",
+    "verdict_changes": "<= 1 % of 480, of which a third fail",
+    "held_per_second": ">= 60",
     "recording_ms": "<= 40 ms and 1.5 MB",
     "convex_pieces_s": "<= 3 s",
 }

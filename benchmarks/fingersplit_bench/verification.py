@@ -19,6 +19,14 @@ from fingersplit.verification.protocol import Protocol
 from fingersplit.verification.protocols import available_protocols
 from fingersplit_bench.contrast import contrast_table, measure_contrast, time_step_sentence
 from fingersplit_bench.convex_pieces import measure_pieces, pieces_figure, pieces_table
+from fingersplit_bench.executed import (
+    executed_table,
+    executed_text,
+    measure_executed,
+    measure_rate,
+    measure_verdicts,
+    prepared_objects,
+)
 from fingersplit_bench.objects import measured_masses
 from fingersplit_bench.suite import Bench, Chapter, Figure
 
@@ -26,6 +34,8 @@ __all__ = ["measure_verification", "verification_chapter", "verification_tables"
 
 FRICTION = DEFAULT_FRICTION
 TOP_K = 10
+NEED_SCENES = ("pick", "noisy_pick")
+"""Protocols of section `scene`."""
 FROGGER = (
     "FRoGGeR [Li2023] publishes 224 of 235 (95.3 %) picks that succeed on its spheres. Its share counts converged "
     "grasps only, its hand, objects, simulator, controller and friction are others, and its pick is the likes of our "
@@ -43,7 +53,15 @@ def verification_chapter(bench: Bench) -> Chapter:
     held = [float(row["presets"]["lift"]["first"] == 1) for row in rows]
     meaning = "Share of the objects whose top-ranked grasp holds `lift`, chosen without verification."
     rate = replace(Figure.of(held, "1", meaning, held=sum(held), objects=len(held)), value=mean(held), center="mean")
+    objects = prepared_objects(bench, pieces)
+    executed = measure_executed(bench, objects)
+    figures, verdicts = measure_verdicts(bench, objects)
+    figures["held_per_second"] = measure_rate(bench, objects)
     parts = [
+        "### Executed as published",
+        executed_table(executed),
+        executed_text(),
+        "### Every preset",
         verification_tables(rows),
         "### What must fall, what the splitting gains",
         contrast_table(rows),
@@ -54,8 +72,8 @@ def verification_chapter(bench: Bench) -> Chapter:
     return Chapter(
         "Verification in simulation",
         "\n\n".join(parts),
-        {"holding_rate": rate, "convex_pieces_s": pieces_figure(pieces_rows)},
-        {"objects": rows, "pieces": pieces_rows},
+        {"holding_rate": rate, "convex_pieces_s": pieces_figure(pieces_rows)} | figures,
+        {"objects": rows, "pieces": pieces_rows, "executed": executed, "verdicts": verdicts},
     )
 
 
@@ -81,7 +99,11 @@ def measure_verification(
         "ranked": len(runs),
         "split_held": sum(check(run.final, "lift").passed for run in runs),
         "initial_held": sum(check(run.initial, "lift").passed for run in runs),
-        "presets": {preset: _until_one_holds(runs, preset, check) for preset in available_protocols()},
+        "presets": {
+            preset: _until_one_holds(runs, preset, check)
+            for preset in available_protocols()
+            if preset not in NEED_SCENES
+        },
         **measure_contrast(runs, lambda *what: check(*what).passed),
     }
 

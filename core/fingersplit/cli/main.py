@@ -9,6 +9,7 @@ import typer
 from fingersplit.cli.dataset import dataset
 from fingersplit.cli.depth import from_depth
 from fingersplit.cli.exporting import export, formats, sources
+from fingersplit.cli.grid import grid
 from fingersplit.cli.hand import app as hand_app
 from fingersplit.cli.hands import hands, warm
 from fingersplit.cli.planning import plan
@@ -49,6 +50,7 @@ def _program(
 app.command()(plan)
 app.command("verify")(verify_stored)
 app.command()(from_depth)
+app.command()(grid)
 app.command()(export)
 app.command()(dataset)
 app.command()(formats)

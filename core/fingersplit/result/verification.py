@@ -4,6 +4,9 @@ from dataclasses import dataclass
 from math import degrees, radians
 from typing import Literal, Self
 
+import numpy as np
+from numpy.typing import NDArray
+
 from fingersplit.contacts.grip import Grip
 from fingersplit.contacts.grip_plan import GripPlan
 from fingersplit.result.wire import Json, Vector3, described
@@ -110,6 +113,10 @@ class GripReport:
     violation: float = described("Farthest that a planned contact force leaves its friction cone", "N")
     limited: bool = described("Whether the joints have too little torque for a safer grip", default=False)
 
+    def normal_forces(self, normals: NDArray[np.float64]) -> NDArray[np.float64]:
+        """How hard each finger presses along the outward normals (F, 3), (F,) [N]."""
+        return np.asarray(-(normals * np.array(self.forces)).sum(axis=1))
+
     @classmethod
     def of(cls, grip: Grip | GripPlan) -> Self:
         """The report of a grip."""
@@ -145,6 +152,11 @@ class Verification:
     time_ms: float = described("Time that the verification took", "ms")
     closing: PhaseReport | None = described(
         "The closing from the pre-grasp to the planned grasp; null for a hand that started there", default=None
+    )
+    touching: tuple[str, ...] | None = described(
+        "Fingers that touched the object when the hand had closed; protocols that need no contact pass without. Null "
+        "when nothing was simulated, and for picks",
+        default=None,
     )
 
 

@@ -55,7 +55,7 @@ def close_published(
         object_moved: Pose of the object in its planned frame, (4, 4), for an object that is not where the planner
             thought; None where it is.
     """
-    step = scene.model.opt.timestep
+    step = scene.model.opt.timestep = protocol.closing_step
     closing, squeezing = round(protocol.closing_time / step), round(protocol.squeeze_time / step)
     assert execution.opened is not None
     controls = controller.close(scene, execution.grip, execution.opened, grasp.joints, (closing, squeezing))
@@ -71,7 +71,8 @@ def close_published(
 def close_by_frame(scene: Scene, grasp: Grasp, protocol: Protocol, controller: VirtualFrame, grip: Grip) -> ClosedHand:
     """Squeeze by the virtual frame from the planned grasp, in which the scene is."""
     controller.prepare(scene)
-    steps = round(protocol.squeeze_time / scene.model.opt.timestep)
+    scene.model.opt.timestep = protocol.closing_step
+    steps = round(protocol.squeeze_time / protocol.closing_step)
     ramp = np.clip(np.linspace(0.0, 1.5, steps), 0.0, 1.0)  # the last third lets it come to rest
     controls = controller.close(scene, grip, ramp)
     keep_clear(scene, grasp.normals)

@@ -12,7 +12,7 @@ from fingersplit.verification.frames import SimulationFrames
 from fingersplit.verification.protocol import Phase, Protocol, Trial
 from fingersplit.verification.simulation import SimulationTrack
 
-__all__ = ["is_decided", "judge_trial", "measure_phase", "phase_rows", "simulation_frames"]
+__all__ = ["is_decided", "judge_trial", "measure_phase", "motion_in_hand", "phase_rows", "simulation_frames"]
 
 FRAME_RATE = 100.0
 """[1/s]"""
@@ -44,7 +44,7 @@ def is_decided(
     if not track.stable:
         return True
     limits = protocol.largest_displacement, protocol.largest_rotation
-    motions = _motion_in_hand(track, center_of_mass)
+    motions = motion_in_hand(track, center_of_mass)
     if any(motion.max() > limit for motion, limit in zip(motions, limits, strict=True)):
         return True
     step = float(track.times[0])
@@ -65,13 +65,13 @@ def measure_phase(
     name: str,
     track: SimulationTrack,
     rows: slice,
-    center_of_mass: NDArray[np.float64],
+    motions: tuple[NDArray[np.float64], NDArray[np.float64]],
     load: NDArray[np.float64],
 ) -> PhaseReport:
-    """Numbers of one phase."""
+    """Numbers of one phase; ``motions`` are the track's, from ``motion_in_hand``."""
     step = float(track.times[0])
     settled = slice(max(rows.start, rows.stop - round(SETTLED_TIME / step)), rows.stop)
-    displacements, rotations = _motion_in_hand(track, center_of_mass)
+    displacements, rotations = motions
     at_limit = np.abs(track.torques[rows]) >= 0.999 * hand.torque_limits
     mean_force = track.contact_forces[settled].sum(axis=1).mean(axis=0)
     return PhaseReport(
@@ -108,9 +108,10 @@ def judge_trial(
     """Numbers of every phase of a trial, and the verdict on it; ``limited`` says whether torques cap the grip."""
     if not track.stable:
         return TrialReport(trial.name, passed=False, reason="unstable_simulation", phases=())
+    motions = motion_in_hand(track, center)
     reports = tuple(
         measure_phase(
-            hand, phase.name, track, rows, center, mass * (np.asarray(trial.gravity) + np.asarray(phase.pull))
+            hand, phase.name, track, rows, motions, mass * (np.asarray(trial.gravity) + np.asarray(phase.pull))
         )
         for phase, rows in zip(
             trial.phases, phase_rows(trial.phases, protocol.time_step, len(track.times)), strict=False
@@ -133,7 +134,7 @@ def _verdict(protocol: Protocol, phases: tuple[PhaseReport, ...], limited: bool)
     return reason
 
 
-def _motion_in_hand(
+def motion_in_hand(
     track: SimulationTrack, center_of_mass: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """How far the centre of mass is from where the track began, (T,) [m], and the object's turn since, (T,) [rad]."""
@@ -149,7 +150,6 @@ def _motion_in_hand(
 
 def simulation_frames(
     object_from_palm: NDArray[np.float64],
-    step: float,
     closing: SimulationTrack,
     closing_rows: dict[str, slice],
     trials: Sequence[tuple[Trial, SimulationTrack]],
@@ -157,18 +157,23 @@ def simulation_frames(
     """The tracks one after the other, in the world, thinned to ``FRAME_RATE``."""
     stretches = [(name, closing, rows) for name, rows in closing_rows.items()]
     for trial, track in trials:
-        for phase, rows in zip(trial.phases, phase_rows(trial.phases, step, len(track.times)), strict=False):
+        phases = phase_rows(trial.phases, float(track.times[0]), len(track.times))
+        for phase, rows in zip(trial.phases, phases, strict=False):
             stretches.append((f"{trial.name}: {phase.name}", track, rows))
-    stride = max(1, round(1 / (FRAME_RATE * step)))
-    kept = [(track, range(rows.start + stride - 1, rows.stop, stride)) for _, track, rows in stretches]
+    strides = [max(1, round(1 / (FRAME_RATE * float(track.times[0])))) for _, track, _ in stretches]
+    kept = [
+        (track, range(rows.start + stride - 1, rows.stop, stride))
+        for (_, track, rows), stride in zip(stretches, strides, strict=True)
+    ]
     counts = [len(rows) for _, rows in kept]
 
     def column(name: str) -> NDArray[np.float64]:
         return np.concatenate([getattr(track, name)[rows] for track, rows in kept])
 
+    intervals = [stride * float(track.times[0]) for (track, _), stride in zip(kept, strides, strict=True)]
     frames, fingers, offsets = sum(counts), closing.touching.shape[1], column("palm_offsets")
     thinned = SimulationFrames(
-        times=np.arange(1, frames + 1, dtype=np.float64) * stride * step,
+        times=np.cumsum(np.repeat(intervals, counts)),
         phases=np.repeat(np.arange(len(kept)), counts),
         phase_names=tuple(name for name, _, _ in stretches),
         palm_positions=object_from_palm[:3, 3] + offsets,

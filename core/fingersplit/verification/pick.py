@@ -1,5 +1,7 @@
 """Verify one grasp by a whole pick, executed as published: build the world, run, and say what happened."""
 
+import numpy as np
+
 from fingersplit.contacts.friction import DEFAULT_FRICTION
 from fingersplit.contacts.grip_plan import GripPlan, plan_grip
 from fingersplit.errors import SettingsError
@@ -10,6 +12,7 @@ from fingersplit.objects.model import ObjectModel
 from fingersplit.scene.preparing import PreparedScene
 from fingersplit.verification.pick_world import PickWorld
 from fingersplit.verification.picking import PickMotion, PickReport, PickWays, run_pick
+from fingersplit.verification.protocol import torsion_in
 from fingersplit.verification.protocols.pick import Pick
 
 __all__ = ["verify_pick"]
@@ -57,6 +60,7 @@ def verify_pick(
         grip = plan_grip(grasp, hand, friction=planned_friction, mass=model.mass, center_of_mass=model.center_of_mass)
     palm = scene.world_from_object @ grasp.object_from_palm
     world = PickWorld.build(hand, pieces, scene, palm, grip.stiffness, grip.damping)
-    torsional = protocol.torsional_friction * friction / DEFAULT_FRICTION
+    pressed = -(grasp.normals * grip.forces).sum(axis=1)
+    torsional = float(torsion_in(protocol, np.full(len(pressed), friction), pressed, hand).mean())
     world.set_object(model.mass, model.center_of_mass, model.inertia, friction, torsional, protocol.support_friction)
     return run_pick(world, PickMotion(ways, grasp.joints, grip.targets), scene, protocol)

@@ -4,7 +4,7 @@ The object rests on its support. The hand comes along the planned approach, clos
 from the planned opening to the planned grasp and on into the planned grip, leaves along the retreat, and holds.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import mujoco
@@ -50,6 +50,11 @@ class PickWays:
     opened: NDArray[np.float64]
     retreat: NDArray[np.float64]
     retreat_distance: float
+
+    def seen_from(self, object_moved: NDArray[np.float64]) -> "PickWays":
+        """The same ways of the hand, in the frame of an object that stands at a pose (4, 4) of its planned frame."""
+        turn = object_moved[:3, :3].T
+        return replace(self, approach=turn @ self.approach, retreat=turn @ self.retreat)
 
 
 @dataclass(frozen=True, eq=False)

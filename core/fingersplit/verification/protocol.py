@@ -9,10 +9,12 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from fingersplit.contacts.torsion import torsional_friction
+from fingersplit.hands.hand import Hand
 from fingersplit.ranges import check_known, check_settings, setting
 from fingersplit.registry import first_line
 
-__all__ = ["REFERENCE_FRICTION", "Phase", "Protocol", "Trial", "at_rest", "setting"]
+__all__ = ["REFERENCE_FRICTION", "Phase", "Protocol", "Trial", "at_rest", "setting", "torsion_in"]
 
 Motion = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 """Palm displacement (T, 3) [m], world frame, by time since the phase began (T,) [s]."""
@@ -76,14 +78,20 @@ class Protocol(ABC):
     friction_scale: float = setting(
         1.0, "1", "Scales the simulated friction only; grip forces use the planned friction.", 0, 10
     )
-    torsional_friction: float = setting(
-        0.005, "m", "Torsional friction at a requested friction of 0.6, in proportion at others.", 0.0, 0.1
+    torsional_friction: float | None = setting(
+        None,
+        "m",
+        "Torsional friction at a requested friction of 0.6, in proportion at others; none for that of a rubber pad of "
+        "the hand's radius under the grip.",
+        0.0,
+        0.1,
     )
     closing_time: float = setting(
-        0.3, "s", "Time from the pre-grasp to the planned grasp, without gravity.", 0.05, 10.0
+        0.2, "s", "Time from the pre-grasp to the planned grasp, without gravity.", 0.05, 10.0
     )
-    squeeze_time: float = setting(0.3, "s", "Time from there to the squeeze, without gravity.", 0.05, 10.0)
-    time_step: float = setting(0.002, "s", "Simulation step.", 1e-4, 0.005)
+    squeeze_time: float = setting(0.2, "s", "Time from there to the squeeze, without gravity.", 0.05, 10.0)
+    closing_step: float = setting(0.003, "s", "Simulation step while the hand closes and squeezes.", 1e-4, 0.005)
+    time_step: float = setting(0.002, "s", "Simulation step after that.", 1e-4, 0.005)
     decided_after: float | None = setting(
         None, "s", "Time from which a trial whose verdict stands may end; none runs every phase to its end.", 0.1, 60.0
     )
@@ -116,3 +124,20 @@ class Protocol(ABC):
     def info(self) -> dict[str, Any]:
         """Name, meaning and numbers, for lists of what there is."""
         return {"name": self.name, "meaning": first_line(type(self)), "numbers": asdict(self)}
+
+
+def torsion_in(
+    protocol: Protocol, friction: NDArray[np.float64], forces: NDArray[np.float64], hand: Hand
+) -> NDArray[np.float64]:
+    """Torsional friction of each finger in a simulation, (F,) [m].
+
+    Args:
+        protocol: States it, or leaves it to the pads.
+        friction: Sliding friction that was asked for, (F,).
+        forces: Normal forces of the grip, (F,) [N].
+        hand: The hand.
+    """
+    if protocol.torsional_friction is not None:
+        return np.asarray(protocol.torsional_friction * friction / REFERENCE_FRICTION)
+    radii = np.array([pad.radius for pad in hand.pads])
+    return torsional_friction(protocol.friction_scale * friction, forces, radii)

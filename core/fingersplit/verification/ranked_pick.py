@@ -1,25 +1,31 @@
 """Picks of the grasps of a result: the scene and the ways that it states, run and reported like any verification."""
 
+from collections import Counter
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cached_property
 from time import perf_counter
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fingersplit.errors import SettingsError
+from fingersplit.grasp import Grasp
 from fingersplit.hands.hand import Hand
 from fingersplit.objects.convex_pieces import ConvexPieces
 from fingersplit.objects.model import ObjectModel
 from fingersplit.result.grasp import GraspResult
 from fingersplit.result.plan import PlanResult
-from fingersplit.result.verification import GripReport, TrialReport, Verification, explanation, is_firm
+from fingersplit.result.verification import GripReport, Reason, TrialReport, Verification, explanation, is_firm
 from fingersplit.scene.attaching import attach_bodies
 from fingersplit.scene.constraints import Constraints
 from fingersplit.scene.preparing import PreparedScene, prepare_scene
 from fingersplit.verification.controllers import PositionServo
 from fingersplit.verification.pick import verify_pick
 from fingersplit.verification.picking import PickReport, PickWays
+from fingersplit.verification.protocols.noisy_pick import NoisyPick
 from fingersplit.verification.protocols.pick import Pick
+from fingersplit.verification.published import Execution
 from fingersplit.verification.verifying import SIMULATOR
 
 __all__ = ["ResultPicks"]
@@ -55,52 +61,69 @@ class ResultPicks:
         return prepare_scene(constraints, self._model, hand)
 
     def verify(self, grasp: GraspResult, protocol: Pick, friction: float | None) -> Verification:
-        """Pick one grasp.
+        """Pick one grasp, or as often as the protocol asks for.
 
         Raises:
             SettingsError: The result's scene has no support surface.
             SceneError: An obstacle's model is not there.
         """
         began, planned = perf_counter(), self._result.friction
-        controller, grip = PositionServo(), grasp.grip_plan(self._hand)
+        grip, ways = grasp.grip_plan(self._hand), self._ways(grasp)
         simulated = planned if friction is None else friction
-        ways = self._ways(grasp)
         if ways is None:
-            raise SettingsError(f"Protocol 'pick' needs a free approach; the grasp of rank {grasp.rank} has none.")
-        report = verify_pick(
-            grasp.for_hand(self._hand),
-            self._hand,
-            self._model,
-            self._pieces,
-            self._scene,
-            ways,
-            protocol,
-            friction=simulated,
-            planned_friction=planned,
-            grip=grip,
-        )
-        held, (slip, turn) = report.reason == "held", (report.displacement, report.rotation)
+            raise SettingsError(
+                f"Protocol {protocol.name!r} needs a free approach; the grasp of rank {grasp.rank} has none."
+            )
+        moved = [np.eye(4)]
+        if isinstance(protocol, NoisyPick):
+            moved = list(protocol.displacements(self._model.center_of_mass))
+        reports = [
+            verify_pick(
+                _seen_from(object_moved, grasp.for_hand(self._hand)),
+                self._hand,
+                self._model,
+                self._pieces,
+                self._scene,
+                ways.seen_from(object_moved),
+                protocol,
+                friction=simulated,
+                planned_friction=planned,
+                grip=grip,
+            )
+            for object_moved in moved
+        ]
+        failures = [report for report in reports if report.reason != "held"]
+        enough = protocol.least_share if isinstance(protocol, NoisyPick) else 1.0
+        held = len(failures) <= (1.0 - enough) * len(reports) + 1e-9
+        reason: Reason = "held" if held else Counter(report.reason for report in failures).most_common(1)[0][0]
+        slip, turn = (max(getattr(report, name) for report in reports) for name in ("displacement", "rotation"))
+        names = ["pick"] if len(reports) == 1 else [f"draw {draw}" for draw in range(1, len(reports) + 1)]
         return Verification(
             protocol=protocol.name,
             passed=held,
             held_firmly=held and is_firm(slip, turn),
             slip=slip,
             turn=turn,
-            reason=report.reason,
-            explanation=explanation(report.reason),
+            reason=reason,
+            explanation=explanation(reason),
             simulator=SIMULATOR,
             settings={
                 "protocol": protocol.to_document(),
-                "controller": controller.to_document(),
+                "controller": PositionServo().to_document(),
+                "execution": Execution.of_result(grasp, self._hand).to_document(self._hand),
                 "friction": simulated,
                 "planned_friction": planned,
                 "mass": self._model.mass,
-                "pick": _numbers(report, self._hand),
+                "pick": _numbers(reports[0], self._hand),
+                "draws": [_numbers(report, self._hand) for report in reports[1:]],
             },
             initial_penetration=0.0,
             grip=GripReport.of(grip),
             squeeze=None,
-            trials=(TrialReport("pick", report.reason == "held", report.reason, ()),),
+            trials=tuple(
+                TrialReport(name, report.reason == "held", report.reason, ())
+                for name, report in zip(names, reports, strict=True)
+            ),
             time_ms=1e3 * (perf_counter() - began),
         )
 
@@ -115,6 +138,12 @@ class ResultPicks:
             retreat=np.array(way_out.direction),
             retreat_distance=way_out.distance,
         )
+
+
+def _seen_from(object_moved: NDArray[np.float64], grasp: Grasp) -> Grasp:
+    """The same grasp of the hand, in the frame of an object that stands at a pose (4, 4) of its planned frame."""
+    planned = np.linalg.inv(object_moved)
+    return replace(grasp, object_from_palm=planned @ grasp.object_from_palm)
 
 
 def _numbers(report: PickReport, hand: Hand) -> dict[str, object]:

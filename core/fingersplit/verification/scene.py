@@ -6,6 +6,7 @@ simulation runs in the palm's accelerated frame, with inertial forces on every b
 """
 
 import copy
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from itertools import combinations
 from typing import Any, Self
@@ -57,6 +58,7 @@ class Scene:
         joint_dofs: Its degree of freedom, (N,).
         grip_sites: Where each finger touches, (F,).
         pairs: Pairs of fingers with a virtual spring between them, (P, 2).
+        part_of_body: Finger that each body belongs to, -1 for all others, (n_bodies,).
         moving_bodies: Bodies that feel inertial forces: the fingers and the object.
         servo_controls: Controls of the fingertip servos along the palm's axes, (F, 3).
         pair_controls: Controls of the virtual springs, (P,).
@@ -76,6 +78,7 @@ class Scene:
     joint_dofs: NDArray[np.int64]
     grip_sites: NDArray[np.int64]
     pairs: NDArray[np.int64]
+    part_of_body: NDArray[np.int64]
     moving_bodies: NDArray[np.int64]
     servo_controls: NDArray[np.int64]
     pair_controls: NDArray[np.int64]
@@ -111,6 +114,7 @@ class Scene:
             joint_dofs=np.array([joint.dofadr[0] for joint in joints]),
             grip_sites=np.array([model.site(grip_site(name)).id for name in fingers]),
             pairs=np.array(list(combinations(range(len(fingers)), 2))),
+            part_of_body=_parts(model, chains),
             moving_bodies=np.array([*bodies, model.body(OBJECT).id]),
             servo_controls=np.array([[model.actuator(f"{name}_{axis}").id for axis in "xyz"] for name in fingers]),
             pair_controls=np.array([model.actuator(pair_name(a, b)).id for a, b in combinations(fingers, 2)]),
@@ -196,14 +200,12 @@ class Scene:
 
     def penetrations(self) -> NDArray[np.float64]:
         """Deepest penetration into the object of each finger and of the palm, (F + 1,) [m], zero where none."""
-        depths = np.zeros(len(self.finger_bodies) + 1)
-        bodies = self.model.geom_bodyid
-        for contact in self.data.contact:
-            pair = {int(bodies[contact.geom[0]]), int(bodies[contact.geom[1]])}
-            if self.object_body in pair:
-                (other,) = pair - {self.object_body}
-                part = next((f for f, chain in enumerate(self.finger_bodies) if other in chain), -1)
-                depths[part] = max(depths[part], -contact.dist)
+        depths, contacts = np.zeros(len(self.finger_bodies) + 1), self.data.contact
+        bodies = self.model.geom_bodyid[contacts.geom]  # (n, 2)
+        on_object = bodies == self.object_body
+        touching = on_object.any(axis=1)
+        others = np.where(on_object[:, 0], bodies[:, 1], bodies[:, 0])[touching]
+        np.maximum.at(depths, self.part_of_body[others], -contacts.dist[touching])
         return depths
 
     def grips_in_palm(self) -> NDArray[np.float64]:
@@ -211,9 +213,8 @@ class Scene:
         data, palm = self.data, self.palm_body
         return np.asarray((data.site_xpos[self.grip_sites] - data.xpos[palm]) @ data.xmat[palm].reshape(3, 3))
 
-    def solver_document(self) -> dict[str, Any]:
-        """How MuJoCo solves this scene, as plain JSON data."""
-        step = float(self.model.opt.timestep)
+    def solver_document(self, step: float) -> dict[str, Any]:
+        """How MuJoCo solves this scene in steps of so many seconds, as plain JSON data."""
         return {
             "integrator": "implicitfast",
             "cone": "elliptic",
@@ -232,3 +233,11 @@ class Scene:
         self.model.actuator_gainprm[actuators, 0] = stiffness
         self.model.actuator_biasprm[actuators, 1] = -np.asarray(stiffness)
         self.model.actuator_biasprm[actuators, 2] = -np.asarray(damping)
+
+
+def _parts(model: Any, chains: Sequence[Sequence[str]]) -> NDArray[np.int64]:
+    """Finger of each body, -1 for those of none."""
+    parts = np.full(model.nbody, -1)
+    for finger, chain in enumerate(chains):
+        parts[[model.body(name).id for name in chain]] = finger
+    return parts

@@ -5,14 +5,13 @@ from dataclasses import dataclass
 from functools import lru_cache, partial
 from threading import local
 from time import perf_counter
-from typing import NamedTuple
+from typing import Any, NamedTuple, Self
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from fingersplit.contacts.friction import DEFAULT_FRICTION
-from fingersplit.contacts.grip import GripProblem, least_grip
 from fingersplit.contacts.grip_plan import plan_grip
 from fingersplit.errors import SettingsError
 from fingersplit.grasp import Grasp
@@ -31,9 +30,10 @@ from fingersplit.result.verification import (
 )
 from fingersplit.verification.closing import ClosedHand, close_by_frame, close_published, with_opening
 from fingersplit.verification.controllers import Controller, PublishedGrip, VirtualFrame, load_controller
+from fingersplit.verification.frame_grip import frame_grip
 from fingersplit.verification.frames import SimulationFrames
-from fingersplit.verification.judging import is_decided, judge_trial, measure_phase, simulation_frames
-from fingersplit.verification.protocol import REFERENCE_FRICTION, Phase, Protocol, Trial
+from fingersplit.verification.judging import is_decided, judge_trial, measure_phase, motion_in_hand, simulation_frames
+from fingersplit.verification.protocol import Protocol, Trial, torsion_in
 from fingersplit.verification.protocols import load_protocol
 from fingersplit.verification.protocols.pick import Pick
 from fingersplit.verification.published import Execution
@@ -91,19 +91,9 @@ def verify(
     Raises:
         SettingsError: An unknown protocol or controller, or a friction or mass out of range.
     """
-    return simulate(
-        grasp,
-        hand,
-        model,
-        pieces,
-        protocol,
-        friction=friction,
-        planned_friction=planned_friction,
-        mass=mass,
-        controller=controller,
-        execution=execution,
-        threads=threads,
-    ).report
+    began = perf_counter()
+    task = _Task.of(grasp, hand, model, pieces, protocol, friction, planned_friction, mass, controller, execution)
+    return _report(task, _outcome(task, threads), perf_counter() - began)
 
 
 def simulate(
@@ -122,46 +112,121 @@ def simulate(
 ) -> Simulated:
     """What ``verify`` does, with the frames of the simulation; arguments and errors are the same."""
     began = perf_counter()
-    protocol = load_protocol(protocol) if isinstance(protocol, str) else protocol
-    controller = load_controller(controller) if isinstance(controller, str) else controller
-    if isinstance(protocol, Pick):
-        raise SettingsError("Protocol 'pick' needs the scene and the ways of a planned grasp; use verify_ranked.")
-    sliding = np.broadcast_to(np.asarray(friction, np.float64), len(hand.fingers))
-    if not (np.isfinite(sliding).all() and sliding.min() >= 0.0):
-        raise SettingsError(f"friction is {friction!r}; give numbers of at least 0, one or one a finger.")
-    planned_mass = mass or model.mass
-    mass = protocol.mass or planned_mass
-    for name, value in (("planned_friction", planned_friction), ("mass", mass)):
-        if not (np.isfinite(value) and value > 0.0):
-            raise SettingsError(f"{name} is {value!r}; it must be above 0.")
-    scene = _scenes.get(hand, pieces)
+    task = _Task.of(grasp, hand, model, pieces, protocol, friction, planned_friction, mass, controller, execution)
+    outcome = _outcome(task, threads)
+    frames = None if outcome.frames is None else outcome.frames()
+    return Simulated(_report(task, outcome, perf_counter() - began), frames)
+
+
+@dataclass(frozen=True, eq=False)
+class _Task:
+    """What is to be verified, with every number checked.
+
+    Attributes:
+        planned_mass: Mass that the grip is planned for where none is published [kg].
+        mass: Mass in the simulation [kg].
+        friction: Sliding friction of each finger in the simulation, (F,).
+    """
+
+    grasp: Grasp
+    hand: Hand
+    model: ObjectModel
+    pieces: ConvexPieces
+    protocol: Protocol
+    controller: Controller
+    execution: Execution | None
+    friction: NDArray[np.float64]
+    planned_friction: float
+    planned_mass: float
+    mass: float
+
+    @classmethod
+    def of(
+        cls,
+        grasp: Grasp,
+        hand: Hand,
+        model: ObjectModel,
+        pieces: ConvexPieces,
+        protocol: str | Protocol,
+        friction: float | Sequence[float],
+        planned_friction: float,
+        mass: float | None,
+        controller: str | Controller,
+        execution: Execution | None,
+    ) -> Self:
+        protocol = load_protocol(protocol) if isinstance(protocol, str) else protocol
+        controller = load_controller(controller) if isinstance(controller, str) else controller
+        if isinstance(protocol, Pick):
+            raise SettingsError(
+                f"Protocol {protocol.name!r} needs the scene and the ways of a planned grasp; use verify_ranked."
+            )
+        sliding = np.broadcast_to(np.asarray(friction, np.float64), len(hand.fingers))
+        if not (np.isfinite(sliding).all() and sliding.min() >= 0.0):
+            raise SettingsError(f"friction is {friction!r}; give numbers of at least 0, one or one a finger.")
+        planned_mass = model.mass if mass is None else mass
+        for name, value in (("planned_friction", planned_friction), ("mass", planned_mass)):
+            if not (np.isfinite(value) and value > 0.0):
+                raise SettingsError(f"{name} is {value!r}; it must be above 0.")
+        simulated_mass = planned_mass if protocol.mass is None else protocol.mass
+        return cls(
+            grasp,
+            hand,
+            model,
+            pieces,
+            protocol,
+            controller,
+            execution,
+            sliding,
+            planned_friction,
+            planned_mass,
+            simulated_mass,
+        )
+
+
+def _outcome(task: _Task, threads: int) -> "_Outcome":
+    """Set the scene and simulate."""
+    protocol, model, mass, grasp = task.protocol, task.model, task.mass, task.grasp
+    scene = _scenes.get(task.hand, task.pieces)
     scene.set_object(mass, model.center_of_mass, mass / model.mass * model.inertia)
-    scene.set_friction(protocol.friction_scale * sliding, protocol.torsional_friction * sliding / REFERENCE_FRICTION)
-    scene.model.opt.timestep = protocol.time_step
     scene.place(grasp)
     penetration = float(scene.penetrations().max())
+    execution: Execution | None = None
     close: Callable[[], ClosedHand]
-    if isinstance(controller, PublishedGrip):
-        if execution is None:
-            grip = plan_grip(
-                grasp, hand, friction=planned_friction, mass=planned_mass, center_of_mass=model.center_of_mass
-            )
-            execution = Execution(None, grip)
-        execution = with_opening(execution, scene, grasp)
+    if isinstance(task.controller, PublishedGrip):
+        execution = with_opening(_execution(task), scene, grasp)
         pressed = GripReport.of(execution.grip)
-        close = partial(close_published, scene, grasp, protocol, controller, execution)
+        close = partial(close_published, scene, grasp, protocol, task.controller, execution)
     else:
-        assert isinstance(controller, VirtualFrame)
-        frame_grip = least_grip(_grip_problem(scene, grasp, protocol, controller, mass, planned_friction))
-        pressed, execution = GripReport.of(frame_grip), None
-        close = partial(close_by_frame, scene, grasp, protocol, controller, frame_grip)
+        assert isinstance(task.controller, VirtualFrame)
+        grip = frame_grip(scene, grasp, protocol, task.controller, mass, task.planned_friction)
+        pressed = GripReport.of(grip)
+        close = partial(close_by_frame, scene, grasp, protocol, task.controller, grip)
+    torsional = torsion_in(protocol, task.friction, pressed.normal_forces(grasp.normals), task.hand)
+    scene.set_friction(protocol.friction_scale * task.friction, torsional)
+    setting = _Setting(
+        scene.solver_document(protocol.time_step), penetration, pressed, execution, tuple(torsional.tolist())
+    )
     if penetration > protocol.largest_initial_penetration:
-        outcome = _Outcome("initial_penetration")
-    else:
-        outcome = _simulate(scene, grasp, protocol, close, pressed.limited, threads)
-    held, (slip, turn) = outcome.reason == "held", slip_and_turn(outcome.trials)
-    report = Verification(
-        protocol=protocol.name,
+        return _Outcome("initial_penetration", setting)
+    return _simulate(scene, task, setting, close, threads)
+
+
+def _execution(task: _Task) -> Execution:
+    """What is published, or what would be."""
+    if task.execution is not None:
+        return task.execution
+    center = task.model.center_of_mass
+    grip = plan_grip(
+        task.grasp, task.hand, friction=task.planned_friction, mass=task.planned_mass, center_of_mass=center
+    )
+    return Execution(None, grip)
+
+
+def _report(task: _Task, outcome: "_Outcome", seconds: float) -> Verification:
+    setting, held = outcome.setting, outcome.reason == "held"
+    slip, turn = slip_and_turn(outcome.trials)
+    return Verification(
+        protocol=task.protocol.name,
         passed=held,
         held_firmly=held and is_firm(slip, turn) and outcome.firm_closing,
         slip=slip,
@@ -170,25 +235,26 @@ def simulate(
         explanation=explanation(outcome.reason),
         simulator=SIMULATOR,
         settings={
-            "protocol": protocol.to_document(),
-            "controller": controller.to_document(),
-            "execution": None if execution is None else execution.to_document(hand),
-            "friction": sliding.tolist(),
-            "planned_friction": planned_friction,
-            "mass": mass,
-            "center_of_mass": model.center_of_mass.tolist(),
-            "pieces": {"count": len(pieces.pieces), "method": pieces.method},
-            "torque_limits": hand.named(hand.torque_limits),
-            "solver": scene.solver_document(),
+            "protocol": task.protocol.to_document(),
+            "controller": task.controller.to_document(),
+            "execution": None if setting.execution is None else setting.execution.to_document(task.hand),
+            "friction": task.friction.tolist(),
+            "torsional_friction": list(setting.torsional_friction),
+            "planned_friction": task.planned_friction,
+            "mass": task.mass,
+            "center_of_mass": task.model.center_of_mass.tolist(),
+            "pieces": {"count": len(task.pieces.pieces), "method": task.pieces.method},
+            "torque_limits": task.hand.named(task.hand.torque_limits),
+            "solver": setting.solver,
         },
-        initial_penetration=penetration,
-        grip=pressed,
+        initial_penetration=setting.penetration,
+        grip=setting.grip,
         squeeze=outcome.squeeze,
         trials=outcome.trials,
-        time_ms=1e3 * (perf_counter() - began),
+        time_ms=1e3 * seconds,
         closing=outcome.closing,
+        touching=outcome.touching(task.hand),
     )
-    return Simulated(report, outcome.frames)
 
 
 def repeat_simulation(
@@ -201,7 +267,7 @@ def repeat_simulation(
             know.
     """
     settings = report.settings
-    if report.protocol == Pick.name:
+    if isinstance(load_protocol(report.protocol), Pick):
         return Simulated(report, None)  # its frames are in another frame than those of grasps held in the hand
     controller, execution = dict(settings["controller"]), settings["execution"]
     return simulate(
@@ -219,84 +285,64 @@ def repeat_simulation(
 
 
 @dataclass(frozen=True, eq=False)
+class _Setting:
+    """What a simulation begins with, as reports state it."""
+
+    solver: dict[str, Any]
+    penetration: float
+    grip: GripReport
+    execution: Execution | None
+    torsional_friction: tuple[float, ...]
+
+
+@dataclass(frozen=True, eq=False)
 class _Outcome:
     reason: Reason
+    setting: _Setting
     closing: PhaseReport | None = None
     squeeze: PhaseReport | None = None
     trials: tuple[TrialReport, ...] = ()
-    frames: SimulationFrames | None = None
+    frames: Callable[[], SimulationFrames] | None = None
+
+    def touching(self, hand: Hand) -> tuple[str, ...] | None:
+        """Fingers that touched when the hand had closed."""
+        if self.squeeze is None:
+            return None
+        return tuple(finger.name for finger in hand.fingers if finger.name not in self.squeeze.lost_contacts)
 
     @property
     def firm_closing(self) -> bool:
         """Whether the object stayed where it was while the hand closed."""
-        return all(
-            phase is None or is_firm(phase.displacement, phase.rotation) for phase in (self.closing, self.squeeze)
-        )
+        phases = [phase for phase in (self.closing, self.squeeze) if phase is not None]
+        return all(is_firm(phase.displacement, phase.rotation) for phase in phases)
 
 
-def _simulate(
-    scene: Scene, grasp: Grasp, protocol: Protocol, close: Callable[[], ClosedHand], limited: bool, threads: int
-) -> _Outcome:
+def _simulate(scene: Scene, task: _Task, setting: _Setting, close: Callable[[], ClosedHand], threads: int) -> _Outcome:
     """Close, run every trial, judge."""
-    closed = close()
+    protocol, closed = task.protocol, close()
     if not closed.track.stable:
-        return _Outcome("unstable_simulation")
-    mass, center = float(scene.model.body_mass[scene.object_body]), scene.model.body_ipos[scene.object_body].copy()
+        return _Outcome("unstable_simulation", setting)
+    mass, center = task.mass, scene.model.body_ipos[scene.object_body].copy()
+    motions = motion_in_hand(closed.track, center)
     phases = {
-        name: measure_phase(scene.hand, name, closed.track, rows, center, np.zeros(3))
+        name: measure_phase(scene.hand, name, closed.track, rows, motions, np.zeros(3))
         for name, rows in closed.rows.items()
     }
     pairs: list[tuple[Trial, SimulationTrack]] = []
     reports: tuple[TrialReport, ...] = ()
-    pushed = any(
-        phase.displacement > protocol.largest_displacement or phase.rotation > protocol.largest_rotation
-        for phase in phases.values()
-    )
+    pushed = motions[0].max() > protocol.largest_displacement or motions[1].max() > protocol.largest_rotation
     reason: Reason = "object_pushed"
     if not pushed:
+        scene.model.opt.timestep = protocol.time_step
         decided = partial(is_decided, protocol, center)
         tracks = run_trials(scene, closed.held, protocol.trials, mass, protocol.decided_after, decided, threads)
         pairs = list(zip(protocol.trials, tracks, strict=True))
+        limited = setting.grip.limited
         reports = tuple(judge_trial(scene.hand, protocol, *pair, mass, center, limited) for pair in pairs)
         reason = next((trial.reason for trial in reports if trial.reason != "held"), "held")
-    frames = simulation_frames(grasp.object_from_palm, protocol.time_step, closed.track, closed.rows, pairs)
-    return _Outcome(reason, phases.get("close"), phases["squeeze"], reports, frames)
-
-
-def _grip_problem(
-    scene: Scene, grasp: Grasp, protocol: Protocol, controller: VirtualFrame, mass: float, planned_friction: float
-) -> GripProblem:
-    """What the grip must do in the scene: carry the object, and keep the fingers on it although they are heavy, too."""
-    loads, fastest = [np.zeros(3)], 0.0
-    for trial in protocol.trials:
-        for phase in trial.phases:
-            steady = np.asarray(trial.gravity) + np.asarray(phase.pull)
-            accelerations = _extreme_accelerations(phase)
-            loads += [steady - acceleration for acceleration in accelerations]
-            fastest = max(fastest, float(np.linalg.norm(accelerations, axis=1).max()))
-    return GripProblem(
-        contacts=grasp.contacts,
-        normals=grasp.normals,
-        jacobians=scene.finger_jacobians(),
-        torque_limits=scene.hand.torque_limits,
-        center_of_mass=scene.model.body_ipos[scene.object_body],
-        friction=controller.friction_margin * planned_friction,
-        least_forces=controller.least_force + controller.load_margin * fastest * scene.finger_masses(),
-        loads=controller.load_margin * mass * np.unique(np.round(loads, 6), axis=0),
-    )
-
-
-def _extreme_accelerations(phase: Phase) -> list[NDArray[np.float64]]:
-    """Largest palm accelerations of a phase both ways along each axis [m/s^2]; zero alone when it does not move."""
-    times = np.linspace(0.0, phase.duration, 201)
-    path = phase.motion(times)
-    acceleration = np.gradient(np.gradient(path, times, axis=0), times, axis=0)
-    extremes = [
-        acceleration[row, axis] * np.eye(3)[axis]
-        for axis in range(3)
-        for row in (acceleration[:, axis].argmin(), acceleration[:, axis].argmax())
-    ]
-    return [extreme for extreme in extremes if np.abs(extreme).max() > 1e-6] or [np.zeros(3)]
+    palm = task.grasp.object_from_palm
+    frames = partial(simulation_frames, palm, closed.track, closed.rows, pairs)
+    return _Outcome(reason, setting, phases.get("close"), phases["squeeze"], reports, frames)
 
 
 @lru_cache(maxsize=SCENES_KEPT)

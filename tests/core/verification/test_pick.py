@@ -19,6 +19,7 @@ from fingersplit.scene.preparing import prepare_scene
 from fingersplit.verification import verify_ranked
 from fingersplit.verification.pick import verify_pick
 from fingersplit.verification.picking import PickWays
+from fingersplit.verification.protocols import load_protocol
 
 HAND = load_hand("barrett")
 
@@ -110,3 +111,20 @@ def test_ranked_grasps_are_picked_until_enough_hold():
     assert verified.summary.verification is not None
     assert verified.summary.verification.held == 1
     assert PlanResult.from_dict(verified.to_dict()).to_dict() == verified.to_dict()
+
+
+def test_noisy_picks_pass_by_the_share_that_holds():
+    model, pieces, _ = planned()
+    constraints = Constraints(Scene(support_surfaces=(SupportSurface(),)))
+    result = plan_result(model, HAND, starts=24, top_k=1, constraints=constraints)
+
+    def picked_with(**values):
+        protocol = load_protocol("noisy_pick", {"draws": 3} | values)
+        return verify_ranked(result, model, HAND, pieces, verified=1, protocol=protocol).grasps[0].verification
+
+    still, wild = picked_with(position_noise=0.0, rotation_noise=0.0), picked_with(position_noise=0.08)
+    assert still.passed
+    assert [trial.name for trial in still.trials] == ["draw 1", "draw 2", "draw 3"]
+    assert not wild.passed
+    assert wild.reason in {trial.reason for trial in wild.trials}
+    assert picked_with(position_noise=0.08, least_share=0.0).passed

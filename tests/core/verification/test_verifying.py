@@ -204,7 +204,7 @@ def test_six_directions_are_six_trials_with_their_loads(simulate_grasp):
     assert len(frames.phase_names) == 8
 
 
-@pytest.mark.parametrize("name", sorted(available_protocols().keys() - {"pick"}))  # see test_pick
+@pytest.mark.parametrize("name", sorted(available_protocols().keys() - {"pick", "noisy_pick"}))  # see test_pick
 def test_every_preset_runs_and_says_what_it_did(try_grasp, name):
     report = try_grasp("box", name)
     assert report.protocol == name
@@ -215,6 +215,26 @@ def test_every_preset_runs_and_says_what_it_did(try_grasp, name):
     assert report.turn == max(phase.rotation for phase in phases)
     assert report.held_firmly == (report.passed and report.slip < 5e-3 and report.turn < np.radians(5))
     assert len(report.trials) == len(load_protocol(name).trials)
+
+
+def test_pulls_load_the_lifted_object_with_half_its_weight_from_six_sides(try_grasp, planned):
+    report, weight = try_grasp("box", "pull"), 9.81 * planned("box")[0].model.mass
+    assert report.passed
+    assert report.touching == ("finger1", "finger2", "finger3")
+    loads = np.array([trial.phases[-1].load for trial in report.trials]) + np.array([0, 0, weight])
+    np.testing.assert_allclose(loads, 0.5 * weight * np.repeat(np.eye(3), 2, axis=0) * np.tile([1, -1], 3)[:, None])
+    for trial in report.trials:
+        assert trial.phases[-1].name == "pull"
+        np.testing.assert_allclose(np.add(trial.phases[-1].contact_force, trial.phases[-1].load), 0, atol=0.05 * weight)
+
+
+def test_stated_torsional_friction_overrules_that_of_the_pads(try_grasp):
+    soft, stated = (
+        try_grasp("box"),
+        try_grasp("box", load_protocol("lift", {"torsional_friction": 0.004}), friction=0.3),
+    )
+    assert stated.settings["torsional_friction"] == pytest.approx([0.002] * 3)
+    assert all(1e-4 < torsion < 2e-3 for torsion in soft.settings["torsional_friction"])
 
 
 def test_palm_is_at_rest_before_and_after_every_motion():

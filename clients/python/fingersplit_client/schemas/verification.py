@@ -107,6 +107,11 @@ class Verification(Document):
         default=None,
         description="The closing from the pre-grasp to the planned grasp; null for a hand that started there.",
     )
+    touching: list[str] | None = Field(
+        default=None,
+        description="Fingers that touched the object when the hand had closed; protocols that need no contact pass "
+        "without. Null when nothing was simulated, and for picks.",
+    )
 
 
 class VerificationSummary(Document):

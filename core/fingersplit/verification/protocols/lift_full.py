@@ -15,7 +15,7 @@ class LiftFull(Lift):
 
     name: ClassVar[str] = "lift_full"
 
-    time_step: float = setting(0.002, "s", "Simulation step.", 1e-4, 0.005)
+    time_step: float = setting(0.002, "s", "Simulation step after the squeeze.", 1e-4, 0.005)
     decided_after: float | None = setting(
         None, "s", "Time from which a trial whose verdict stands may end; none runs every phase to its end.", 0.1, 60.0
     )

@@ -17,7 +17,7 @@ class SixDirection(Protocol):
     name: ClassVar[str] = "six_direction"
 
     mass: float | None = setting(0.1, "kg", "Mass of the object.", 1e-3, 50.0)
-    torsional_friction: float = setting(
+    torsional_friction: float | None = setting(
         0.02, "m", "Torsional friction at a requested friction of 0.6, in proportion at others.", 0.0, 0.1
     )
     largest_displacement: float = setting(0.05, "m", "Most that the object may move in the hand.", 0.0, 1.0)

@@ -18,6 +18,6 @@ class SixDirectionHard(SixDirection):
     friction_scale: float = setting(
         0.5, "1", "Scales the simulated friction only; grip forces use the planned friction.", 0, 10
     )
-    torsional_friction: float = setting(
+    torsional_friction: float | None = setting(
         0.002, "m", "Torsional friction at a requested friction of 0.6, in proportion at others.", 0.0, 0.1
     )
