@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fingersplit.contacts.grip_plan import GripPlan, plan_grip
+from fingersplit.contacts.grip_plan import plan_grip
 from fingersplit.contacts.holding import GRAVITY, Contacts, Holding, assess_holding
 from fingersplit.contacts.metric import GraspState
 from fingersplit.contacts.metrics import assess
@@ -24,8 +24,6 @@ from fingersplit.scene.task import Task
 
 __all__ = ["RankedGrasp", "describe_outcome", "rank_runs"]
 
-SLIPPING = 0.1
-"""A grip whose contact forces leave their cones by more lets contacts slip [N]."""
 SAME_POSITION, SAME_ROTATION = 5e-3, 0.1
 """Palms nearer than this are one grasp, of which the better stays [m], [rad]."""
 
@@ -63,8 +61,7 @@ def rank_runs(
 
     Fewest violated constraints first, so feasible grasps lead; then by the margin with which they hold the object's
     weight (``contacts.holding``), so that no feasible grasp that cannot carry it stands before one that can; where none
-    can carry it, by Q. Of the best ``top_k``, those with a finger that only supports stand after the others, and then
-    those whose grip lets contacts slip under the load that it is planned for.
+    can carry it, by Q. Of the best ``top_k``, those with a finger that only supports stand after the others.
     """
     if not runs:
         return ()
@@ -82,7 +79,7 @@ def rank_runs(
         if not any(_nearly_same(runs[i], runs[better]) for better in kept):
             kept.append(i)
     executions = {i: _execution(runs[i], holdings[i], model) for i in kept}
-    kept.sort(key=lambda i: (runs[i].violation_count, holdings[i].margin < 0.0, *_doubts(executions[i].grip)))
+    kept.sort(key=lambda i: (runs[i].violation_count, holdings[i].margin < 0.0, executions[i].grip.supporting.any()))
     return tuple(_planned(rank, runs[i], holdings[i], executions[i], model, friction) for rank, i in enumerate(kept, 1))
 
 
@@ -93,11 +90,6 @@ def _loads(run: Run, model: ObjectModel) -> NDArray[np.float64] | None:
     constraints = run.scene.constraints
     gravity = np.array(constraints.scene.gravity)
     return constraints.task.loads(model.mass, model.center_of_mass, gravity, run.scene.world_from_object)
-
-
-def _doubts(grip: GripPlan) -> tuple[bool, bool]:
-    """Whether a finger only supports, and whether contacts slip under the load that the grip is planned for."""
-    return bool(grip.supporting.any()), grip.violation > SLIPPING
 
 
 def _execution(run: Run, holding: Holding, model: ObjectModel) -> GraspExecution:
