@@ -1,4 +1,4 @@
-"""The subcommands `fingersplit serve`, `worker`, `keys` and `doctor`."""
+"""The subcommands `fingersplit serve`, `worker`, `keys`, `data` and `doctor`."""
 
 import asyncio
 import sys
@@ -13,12 +13,24 @@ if TYPE_CHECKING:
     from fingersplit_service.database.keys import KeyStore
     from fingersplit_service.settings import ServiceSettings
 
-__all__ = ["create_key", "doctor", "keys", "list_keys", "revoke_key", "serve", "worker"]
+__all__ = [
+    "create_key",
+    "data",
+    "doctor",
+    "export_archive",
+    "import_archive",
+    "keys",
+    "list_keys",
+    "revoke_key",
+    "serve",
+    "worker",
+]
 
 _BAD_INPUT = 2
 
 DataDirectory = Annotated[Path | None, typer.Option(help="Where all data are kept.")]
 
+data = typer.Typer(no_args_is_help=True, help="Move everything that a service keeps to another one.")
 keys = typer.Typer(no_args_is_help=True, help="Create, list and revoke the API keys of the service.")
 
 
@@ -145,6 +157,49 @@ def revoke_key(
         if not asyncio.run(store.revoke(key_id)):
             typer.echo(f"There is no active key {key_id!r}; see `fingersplit keys list`.", err=True)
             raise typer.Exit(_BAD_INPUT)
+
+
+@data.command("export")
+def export_archive(
+    archive: Annotated[Path, typer.Argument(help="The tar file to write.")], data_dir: DataDirectory = None
+) -> None:
+    """Write everything that a service keeps to an archive; one machine's service must be stopped."""
+    from fingersplit_service.operations.transfer import export_data
+
+    with _faults_told():
+        done = export_data(_settings(data_dir=data_dir), archive)
+    typer.echo(f"{done.rows} rows and {done.files} files.")
+
+
+@data.command("import")
+def import_archive(
+    archive: Annotated[Path, typer.Argument(help="The tar file that `fingersplit data export` wrote.")],
+    local_to: Annotated[
+        str | None, typer.Option(help="Id of the key that gets what was made while there were no keys.")
+    ] = None,
+    data_dir: DataDirectory = None,
+) -> None:
+    """Add everything of an archive to a service; what is there stays, so it can be repeated."""
+    from fingersplit_service.operations.transfer import import_data
+
+    with _faults_told():
+        done = import_data(_settings(data_dir=data_dir), archive, local_to)
+    typer.echo(f"{done.rows} rows and {done.files} files were added.")
+
+
+@contextmanager
+def _faults_told() -> Iterator[None]:
+    """End the program with a sentence where data cannot be read or written."""
+    from fingersplit_service.database.connection import DatabaseInUse, StorageUnavailable
+    from fingersplit_service.database.schema import SchemaTooNew
+    from fingersplit_service.operations.transfer import ArchiveError
+    from fingersplit_service.storage import DataDirectoryInUse
+
+    try:
+        yield
+    except (ArchiveError, DataDirectoryInUse, DatabaseInUse, SchemaTooNew, StorageUnavailable, OSError) as error:
+        typer.echo(str(error), err=True)
+        raise typer.Exit(_BAD_INPUT) from None
 
 
 def doctor(data_dir: DataDirectory = None) -> None:

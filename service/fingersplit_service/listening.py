@@ -115,11 +115,14 @@ class _Protocol(HttpToolsProtocol):
 
 
 class _Server(uvicorn.Server):
-    """A server that ends all waits for jobs when it is told to stop."""
+    """A server that, told to stop, answers for a while as not ready, and then ends all waits for jobs.
 
-    def __init__(self, config: uvicorn.Config, app: FastAPI) -> None:
+    Told again, it stops at once.
+    """
+
+    def __init__(self, config: uvicorn.Config, app: FastAPI, drain_s: float) -> None:
         super().__init__(config)
-        self._app = app
+        self._app, self._drain_s, self._told = app, drain_s, False
         self._loop: asyncio.AbstractEventLoop | None = None
 
     async def serve(self, sockets: list[Any] | None = None) -> None:
@@ -127,8 +130,16 @@ class _Server(uvicorn.Server):
         await super().serve(sockets)
 
     def handle_exit(self, sig: int, frame: FrameType | None) -> None:
+        runs = self._loop is not None and hasattr(self._app.state, "runtime")
+        if runs and self._drain_s and not self._told:
+            self._told = True
+            self._app.state.runtime.health.draining = True
+            assert self._loop is not None
+            self._loop.call_soon_threadsafe(self._loop.call_later, self._drain_s, self.handle_exit, sig, frame)
+            return
         super().handle_exit(sig, frame)
-        if self._loop is not None and hasattr(self._app.state, "runtime"):
+        if runs:
+            assert self._loop is not None
             self._loop.call_soon_threadsafe(self._app.state.runtime.notifier.close)
 
 
@@ -155,4 +166,4 @@ def serve_app(app: FastAPI, settings: ServiceSettings) -> None:
         timeout_graceful_shutdown=_GRACE,
     )
     with suppress(KeyboardInterrupt):  # uvicorn repeats the signal once it has stopped cleanly
-        _Server(config, app).run()
+        _Server(config, app, settings.drain_s).run()

@@ -125,6 +125,12 @@ class ServiceSettings(BaseSettings):
     stop_grace_s: float = Field(
         default=2.0, ge=0, description="How long running jobs may go on when the service is told to stop [s]."
     )
+    drain_s: float = Field(
+        default=0.0,
+        ge=0,
+        description="How long a service that was told to stop goes on answering, not ready any more, so that a load "
+        "balancer sends requests elsewhere [s].",
+    )
     keep_jobs_s: PositiveFloat = Field(default=90 * _DAY, description="How long ended jobs are kept [s].")
     keep_recordings_s: PositiveFloat = Field(
         default=30 * _DAY, description="How long the files of ended jobs are kept: pictures, traces, recordings [s]."

@@ -5,6 +5,8 @@ import os
 import signal
 import subprocess
 import sys
+import threading
+from collections import Counter
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
@@ -96,12 +98,15 @@ async def test_without_notifications_the_table_is_looked_at(postgresql, tmp_path
 
 
 @contextmanager
-def machine(folder: Path, name: str, database: str, port: int, *role: str) -> Iterator[subprocess.Popen]:
+def machine(
+    folder: Path, name: str, database: str, port: int, *role: str, **settings: str
+) -> Iterator[subprocess.Popen]:
     """A replica or an agent in a process group of its own."""
     environment = os.environ | {
         "FINGERSPLIT_DATABASE_URL": database,
         "FINGERSPLIT_STORAGE_URL": f"file://{folder}/shared",
         "FAKES_FOLDER": str(folder),
+        **{f"FINGERSPLIT_{setting.upper()}": value for setting, value in settings.items()},
     }
     command = [sys.executable, str(SERVER), str(folder / name), str(port), *role]
     process = subprocess.Popen(command, env=environment, start_new_session=True)
@@ -158,6 +163,89 @@ def test_jobs_of_a_machine_that_died_or_was_stopped_are_taken_over(postgresql, t
             os.kill(first.pid, signal.SIGCONT)
             wait_until(lambda: not set(mine) <= set(children(first.pid)))  # it noticed, and ended what it ran
             assert [http.get(f"/v1/jobs/{job_id}").json()["attempts"] for job_id in jobs] == [2, 2]
+
+
+def test_a_rolling_restart_answers_no_server_error_and_loses_nothing(postgresql, tmp_path, free_ports):
+    """Two replicas are restarted one after the other; who is refused a connection asks the other one."""
+    database, ports = postgresql(), free_ports(3)
+    urls = [f"http://127.0.0.1:{port}" for port in ports[:2]]
+    statuses, accepted, stop = Counter[int](), set[str](), threading.Event()
+    with ExitStack() as stack:
+        agent = stack.enter_context(machine(tmp_path, "agent", database, ports[2], "work"))
+        start = lambda place: machine(tmp_path, f"replica{place}", database, ports[place], drain_s="1")  # noqa: E731
+        replicas = [stack.enter_context(start(place)) for place in (0, 1)]
+        for process, port in zip([*replicas, agent], ports, strict=True):
+            ready(process, port)
+        files = {"file": ("c.off", cube_file(5))}
+        object_id = httpx2.post(f"{urls[0]}/v1/objects", files=files, data={"unit": "cm"}, timeout=PATIENCE).json()[
+            "id"
+        ]
+
+        def load(number: int) -> None:
+            body, sent = {"object_id": object_id, "hand": FINE}, 0
+            with ExitStack() as connections:
+                clients = [connections.enter_context(httpx2.Client(base_url=url, timeout=PATIENCE)) for url in urls]
+                while not stop.is_set():
+                    sent += 1
+                    headers = {"Idempotency-Key": f"{number}-{sent}", "Prefer": "wait=60"}
+                    for place in range(sent, sent + 1000):
+                        try:
+                            answer = clients[place % 2].post("/v1/jobs", json=body, headers=headers)
+                        except httpx2.TransportError:  # as a load balancer would
+                            continue
+                        statuses[answer.status_code] += 1
+                        accepted.add(answer.json()["id"])
+                        break
+
+        threads = [threading.Thread(target=load, args=(number,)) for number in range(3)]
+        for thread in threads:
+            thread.start()
+        try:
+            for place in (0, 1):
+                seen = sum(statuses.values())
+                wait_until(lambda seen=seen: sum(statuses.values()) > seen + 5)
+                replicas[place].send_signal(signal.SIGTERM)
+                assert replicas[place].wait(PATIENCE) in (0, -signal.SIGTERM)
+                replicas[place] = stack.enter_context(start(place))
+                ready(replicas[place], ports[place])
+        finally:
+            stop.set()
+            for thread in threads:
+                thread.join()
+        assert set(statuses) <= {200, 202}
+        with httpx2.Client(base_url=urls[0], timeout=PATIENCE) as http:
+            for job_id in accepted:
+                job = http.get(f"/v1/jobs/{job_id}", headers={"Prefer": f"wait={PATIENCE}"}).json()
+                assert (job["state"], job["attempts"]) == ("succeeded", 1)
+
+
+def test_an_agent_told_to_stop_ends_its_jobs_first(postgresql, tmp_path, ports):
+    database = postgresql()
+    with ExitStack() as stack:
+        agent = stack.enter_context(machine(tmp_path, "agent", database, ports[0], "work", stop_grace_s="60"))
+        replica = stack.enter_context(machine(tmp_path, "replica", database, ports[1]))
+        ready(agent, ports[0])
+        ready(replica, ports[1])
+        http = stack.enter_context(httpx2.Client(base_url=f"http://127.0.0.1:{ports[1]}", timeout=PATIENCE))
+        files = {"file": ("c.off", cube_file(5))}
+        object_id = http.post("/v1/objects", files=files, data={"unit": "cm"}).json()["id"]
+        running = http.post("/v1/jobs", json={"object_id": object_id, "hand": WAITS}).json()["id"]
+        wait_until(lambda: len(list(tmp_path.glob("*.begun"))) == 1)
+        agent.send_signal(signal.SIGTERM)
+        wait_until(lambda: "refused" in _refusal(ports[0]))
+        later = http.post("/v1/jobs", json={"object_id": object_id, "hand": FINE}).json()["id"]
+        (tmp_path / "go").touch()
+        job = http.get(f"/v1/jobs/{running}", headers={"Prefer": f"wait={PATIENCE}"}).json()
+        assert (job["state"], job["attempts"]) == ("succeeded", 1)
+        agent.wait(PATIENCE)
+        assert http.get(f"/v1/jobs/{later}").json()["state"] == "queued"
+
+
+def _refusal(port: int) -> str:
+    try:
+        return httpx2.get(f"http://127.0.0.1:{port}/healthz").text
+    except httpx2.TransportError:
+        return "refused"
 
 
 @pytest.mark.anyio

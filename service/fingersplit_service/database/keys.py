@@ -13,12 +13,14 @@ import sqlalchemy as sa
 from fingersplit_service.database.connection import Store, accepting, reading
 from fingersplit_service.database.tables import api_keys
 
-__all__ = ["SCOPES", "KeyRow", "KeyStore", "Scope", "matches", "split_key"]
+__all__ = ["LOCAL_OWNER", "SCOPES", "KeyRow", "KeyStore", "Scope", "matches", "split_key"]
 
 Scope = Literal["read", "plan", "admin"]
 """What a key may do: look at its own things, make and delete them, look at the whole service's metrics."""
 SCOPES: tuple[Scope, ...] = get_args(Scope)
 
+LOCAL_OWNER = "local"
+"""Whose everything is that is made while a service has no keys."""
 _PREFIX = "fsk"
 
 

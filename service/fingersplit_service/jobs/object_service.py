@@ -92,9 +92,8 @@ class ObjectService:
         for _ in range(_CLAIMS):
             found = await self._inspect(owner, upload)
             info = ObjectInfo(name=name or file_name, unit=upload.unit, created_at=datetime.now(UTC), **found)
-            shape = self._storage.shape(info.id)
-            fresh = await self._objects.add(owner, info, shape.stat().st_size if shape.exists() else 0)
-            if await asyncio.to_thread(self._storage.exists, shape):
+            fresh, there = await self._keep_object(owner, info)
+            if there:
                 break
         else:
             raise ResourceGone(f"The file of object {info.id} was removed by clean-up; upload it again.")
@@ -113,14 +112,23 @@ class ObjectService:
         Raises:
             InvalidField: An entry of the view cannot be used.
             InvalidFile: What the mask shows is no graspable object.
+            LimitReached: The owner has used what it may.
         """
+        await self._usage.admit(owner)
         for _ in range(_CLAIMS):
             found, rest = await self._cut(owner, view)
             info = ObjectInfo(name=name, unit="m", created_at=datetime.now(UTC), **found)
-            await self._objects.add(owner, info)
-            if self._storage.shape(info.id).exists():
+            _, there = await self._keep_object(owner, info)
+            if there:
                 return ViewedScene(object=await self.get(owner, info.id), **rest)
         raise ResourceGone(f"The file of object {info.id} was removed by clean-up; send the image again.")
+
+    async def _keep_object(self, owner: str, info: ObjectInfo) -> tuple[bool, bool]:
+        """Note an object whose file a worker has written: whether its owner had it not yet, and whether it is there."""
+        shape = self._storage.shape(info.id)
+        size = shape.stat().st_size if shape.exists() else 0
+        fresh = await self._objects.add(owner, info, size)
+        return fresh, await asyncio.to_thread(self._storage.exists, shape)
 
     async def find(self, owner: str, lookup: ObjectLookup) -> ObjectInfo:
         """The object that a file became when its owner uploaded it with these options.

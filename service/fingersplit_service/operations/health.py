@@ -28,6 +28,9 @@ class HealthService:
         storage: The data directory.
         notifier: Who waits.
         metrics: What is counted.
+
+    Attributes:
+        draining: Whether the service was told to stop and goes on answering for a while.
     """
 
     def __init__(
@@ -35,15 +38,18 @@ class HealthService:
     ) -> None:
         self._jobs, self._pool, self._storage = jobs, pool, storage
         self._notifier, self._metrics = notifier, metrics
+        self.draining = False
 
     async def check(self) -> int:
         """Number of warm workers, if jobs are accepted and start without delay.
 
         Raises:
-            WorkersNotReady: No worker is warm.
+            WorkersNotReady: No worker is warm, or the service is about to stop.
             StorageUnavailable: The database does not answer.
             DiskFull: Results could not be kept.
         """
+        if self.draining:
+            raise WorkersNotReady("The service stops; send requests elsewhere.")
         if not self._pool.ready:
             raise WorkersNotReady("The workers are still starting; try again in a second.")
         await self._jobs.check()

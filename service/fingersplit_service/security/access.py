@@ -8,7 +8,7 @@ from fastapi import Request, Security
 from fastapi.security import APIKeyCookie, HTTPBearer, SecurityScopes
 from fastapi.security.http import HTTPAuthorizationCredentials
 
-from fingersplit_service.database.keys import SCOPES, KeyRow, KeyStore, Scope, matches, split_key
+from fingersplit_service.database.keys import LOCAL_OWNER, SCOPES, KeyRow, KeyStore, Scope, matches, split_key
 from fingersplit_service.problems import ProblemError, ProblemKind
 from fingersplit_service.security.sessions import SESSION_COOKIE, Sessions
 
@@ -28,7 +28,7 @@ class Principal:
 
 KEY_NEEDED = "Send `Authorization: Bearer KEY` with a valid API key."
 """What a stranger is told."""
-_LOCAL = Principal("local", "local", SCOPES)
+_LOCAL = Principal(LOCAL_OWNER, "local", SCOPES)
 """Everybody, as long as the service has no keys."""
 
 
