@@ -8,17 +8,19 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from fingersplit.objects.parametric import cylinder
+from fingersplit_bench.service.cluster import measure_cluster
 from fingersplit_bench.service.delay import measure_delay
 from fingersplit_bench.service.faults import measure_cancel, survive_kills
 from fingersplit_bench.service.latency import measure_latency, measure_list
 from fingersplit_bench.service.load import jobs_per_second_without_http, measure_load
 from fingersplit_bench.service.recording import measure_recording
+from fingersplit_bench.service.scaling import measure_scaling
 from fingersplit_bench.service.server import Server
 from fingersplit_client import Client
 
 __all__ = ["SECTIONS", "main", "measure"]
 
-SECTIONS = ("start", "latency", "recording", "cancel", "delay", "load", "kills", "list")
+SECTIONS = ("start", "latency", "recording", "cancel", "delay", "load", "kills", "list", "cluster", "scaling")
 
 
 def main() -> None:
@@ -30,15 +32,36 @@ def main() -> None:
     parser.add_argument("--jobs", type=int, default=5_000, help="jobs of the load")
     parser.add_argument("--clients", type=int, default=50, help="clients of the load")
     parser.add_argument("--starts", type=int, default=64, help="starts of each job of the load")
+    parser.add_argument("--cluster-jobs", type=int, default=2_000, help="jobs of the section cluster")
     parser.add_argument("--kill-jobs", type=int, default=300, help="jobs during which things are killed")
     parser.add_argument("--delay-kills", type=int, default=9, help="kills while a delay is measured")
     parser.add_argument("--report", type=Path, default=Path("build/bench"), help="folder for the report")
     arguments = parser.parse_args()
-    sections = arguments.sections or SECTIONS
+    sections = list(arguments.sections or SECTIONS)
     figures: dict[str, Any] = {}
+    if "cluster" in sections:  # starts services of its own
+        figures["cluster"] = measure_cluster(arguments.repeats, arguments.cluster_jobs)
+        print("cluster: " + ", ".join(f"{name} {value:.4g}" for name, value in figures["cluster"].items()), flush=True)
+        sections.remove("cluster")
+    if "scaling" in sections:
+        figures["scaling"] = measure_scaling(arguments.cluster_jobs // 4)
+        print("scaling: " + ", ".join(f"{name} {value:.4g}" for name, value in figures["scaling"].items()), flush=True)
+        sections.remove("scaling")
     if "start" in sections:  # before anything else runs
         with TemporaryDirectory() as folder, Server(Path(folder), spares=0) as fresh:
             figures["start"] = {"seconds_to_ready": fresh.seconds_to_ready, "memory_mib": fresh.memory()}
+    if sections:
+        _measure_alone(sections, arguments, figures)
+    arguments.report.mkdir(parents=True, exist_ok=True)
+    (arguments.report / "service.json").write_text(json.dumps(figures, indent=2) + "\n")
+    rows = [f"| {part} | {name} | {value:.4g} |" for part, one in figures.items() for name, value in one.items()]
+    (arguments.report / "service.md").write_text(
+        "\n".join(["| what | figure | value |", "|---|---|---|", *rows]) + "\n"
+    )
+
+
+def _measure_alone(sections: list[str], arguments: argparse.Namespace, figures: dict[str, Any]) -> None:
+    """Figures of sections that one service is enough for."""
     with TemporaryDirectory() as folder, Server(Path(folder)) as server:
         for section in sections:
             if section not in figures:
@@ -47,12 +70,6 @@ def main() -> None:
                 f"{section}: " + ", ".join(f"{name} {value:.4g}" for name, value in figures[section].items()),
                 flush=True,
             )
-    arguments.report.mkdir(parents=True, exist_ok=True)
-    (arguments.report / "service.json").write_text(json.dumps(figures, indent=2) + "\n")
-    rows = [f"| {part} | {name} | {value:.4g} |" for part, one in figures.items() for name, value in one.items()]
-    (arguments.report / "service.md").write_text(
-        "\n".join(["| what | figure | value |", "|---|---|---|", *rows]) + "\n"
-    )
 
 
 def measure(section: str, server: Server, arguments: argparse.Namespace) -> dict[str, float]:
