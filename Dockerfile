@@ -2,6 +2,7 @@
 #   docker build -t fingersplit .
 #   docker run --rm -v fingersplit:/data fingersplit fingersplit keys create robot-7
 #   docker run --rm -p 8000:8000 -v fingersplit:/data -e FINGERSPLIT_HOST=0.0.0.0 fingersplit
+# Several machines: compose.yaml, deploy/helm/fingersplit.
 
 FROM python:3.11-slim AS build
 ENV PIP_DISABLE_PIP_VERSION_CHECK=1 PIP_NO_CACHE_DIR=1
@@ -21,11 +22,11 @@ ENV PATH=/opt/fingersplit/bin:$PATH \
     NUMBA_CACHE_DIR=/var/cache/fingersplit \
     FINGERSPLIT_VIEWER_DIR=/var/cache/fingersplit \
     FINGERSPLIT_DATA_DIR=/data
-RUN useradd --system --create-home fingersplit \
+RUN useradd --system --uid 10001 --create-home fingersplit \
     && mkdir -p /data "$NUMBA_CACHE_DIR" \
     && chown fingersplit /data "$NUMBA_CACHE_DIR"
 COPY --from=build /opt/fingersplit /opt/fingersplit
-USER fingersplit
+USER 10001
 # Compiled for the CPU of the machine that builds; on another kind of CPU the first start compiles again.
 RUN fingersplit warm && fingersplit setup-viewer
 VOLUME /data

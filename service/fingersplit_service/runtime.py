@@ -169,14 +169,14 @@ class _Parts:
 
     async def start_replica(self, stack: AsyncExitStack) -> tuple[Notifier, JobRunner]:
         """Jobs run elsewhere; the workers here read uploads and draw."""
-        notifier = await self._listen(stack)
+        notifier = await self._listen(stack, runs_jobs=False)
         stack.push_async_callback(self.pool.stop_refilling)
         self.pool.start()
         return notifier, OtherMachines(notifier)
 
     async def start_agent(self, stack: AsyncExitStack) -> tuple[Notifier, JobRunner, Callable[[], bool]]:
         """Jobs of all replicas run here and on other agents; also whether this one does what one does for all."""
-        notifier = await self._listen(stack)
+        notifier = await self._listen(stack, runs_jobs=True)
         queue = ClusterQueue(self.database, f"{socket.gethostname()} {os.getpid()}", self.settings.workers)
         verified = FollowUpStore(self.database, lambda: queue.agent)
         dispatcher, follow_ups = await self._run_jobs(stack, queue, notifier, verified)
@@ -187,10 +187,10 @@ class _Parts:
         stack.push_async_callback(dispatcher.stop)
         return notifier, dispatcher, lambda: agent.leads
 
-    async def _listen(self, stack: AsyncExitStack) -> ClusterNotifier:
+    async def _listen(self, stack: AsyncExitStack, *, runs_jobs: bool) -> ClusterNotifier:
         settings = self.settings
         url = database_url(settings.database_session_url or settings.database_url, self.storage.database)
-        notifier = ClusterNotifier(self.jobs, url, settings.max_waiting)
+        notifier = ClusterNotifier(self.jobs, url, settings.max_waiting, runs_jobs=runs_jobs)
         notifier.start()
         stack.push_async_callback(notifier.stop)
         return notifier

@@ -4,6 +4,7 @@ import asyncio
 import logging
 import os
 import socket
+import sqlite3
 import subprocess
 import sys
 import threading
@@ -14,7 +15,7 @@ from pathlib import Path
 import anyio
 import httpx2
 import pytest
-from conftest import PATIENCE
+from conftest import PATIENCE, until
 from fake_workers import FINE, HANGS, WAITS
 from test_faults import serving, wait_until
 from test_security import bearer, until_status
@@ -313,3 +314,65 @@ def test_escape_sequences_of_a_path_do_not_reach_a_terminal(capsys):
     line = capsys.readouterr().err
     assert line.isprintable() or line.rstrip("\n").isprintable()
     assert "\\x1b[2J" in line
+
+
+@pytest.mark.anyio
+async def test_reads_do_not_wait_for_a_lock_of_another_process(start, tmp_path):
+    async with start(tmp_path) as api:
+        job_id = await api.queue(FINE)
+        await api.ended(job_id)
+        holder = sqlite3.connect(api.storage.database, isolation_level=None)
+        holder.execute("BEGIN IMMEDIATE")
+        try:  # it is held until the answers are there
+            assert (await api.http.get("/v1/jobs")).status_code == 200
+            assert (await api.job(job_id))["state"] == "succeeded"
+            assert (await api.http.post("/v1/jobs", json={"object_id": await api.object_id()})).status_code == 503
+        finally:
+            holder.execute("ROLLBACK")
+            holder.close()
+
+
+@pytest.mark.anyio
+async def test_work_is_dropped_whose_client_has_gone(start, tmp_path):
+    async with start(tmp_path) as api:
+        object_id = await api.object_id()
+        api.hold()
+        await api.begun(await api.queue(WAITS))
+        path = f"/v1/objects/{object_id}/parallel-grasps/generate"
+        async with anyio.create_task_group() as group:
+            for _ in range(3):
+                group.start_soon(lambda: api.http.post(path, json={"count": 1}))
+            await api.until_metric(3, "fingersplit_waiting_answers")
+            group.cancel_scope.cancel()
+        await until(lambda: api.app.state.runtime.health._pool.waiting_answers == 0)
+        api.go()
+
+
+@pytest.mark.anyio
+async def test_a_request_is_logged_with_its_key(start, tmp_path, caplog):
+    async with start(tmp_path) as api:
+        with api.tables() as database:
+            key = await KeyStore(database).create("mine", ["read", "plan"])
+        await until_status(api, 401, {})
+        with caplog.at_level(logging.INFO, "fingersplit_service.security.middleware"):
+            await api.http.get("/v1/jobs", headers=bearer(key))
+        assert f"key={key.split('_')[1]}" in caplog.text
+
+
+@pytest.mark.anyio
+async def test_clean_up_goes_on_after_an_error(start, tmp_path, monkeypatch):
+    async with start(tmp_path) as api:
+        with api.tables() as database:
+            jobs = JobStore(database)
+            settings = ServiceSettings(keep_orphans_s=0.01)
+            retention, rounds = Retention(jobs, ObjectStore(database), api.storage, settings), []
+
+            async def fails_once(_now: float) -> None:
+                rounds.append(1)
+                if len(rounds) == 1:
+                    raise RuntimeError("damaged")
+
+            monkeypatch.setattr(retention, "sweep", fails_once)
+            running = asyncio.create_task(retention.run())
+            await until(lambda: len(rounds) > 2)
+            running.cancel()

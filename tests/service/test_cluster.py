@@ -83,7 +83,7 @@ async def test_characters_that_cannot_be_stored_are_refused(two):
 @pytest.mark.anyio
 async def test_without_notifications_the_table_is_looked_at(postgresql, tmp_path, monkeypatch):
     """As behind a pooler that shares sessions: what is sent on one arrives nowhere."""
-    monkeypatch.setattr("fingersplit_service.jobs.cluster_notifier._SEND", "SELECT %s::text, %s::text[]")
+    monkeypatch.setattr("fingersplit_service.jobs.cluster_notifier._SEND", "SELECT %s::text[], %s::text[]")
     async with started_cluster(tmp_path, postgresql()) as (api,):
         body = {"object_id": await api.object_id(), "hand": FINE}
         answer = await api.http.post("/v1/jobs", json=body, headers={"Prefer": f"wait={PATIENCE}"})

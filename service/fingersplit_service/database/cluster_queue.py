@@ -13,8 +13,8 @@ from uuid import uuid4
 import sqlalchemy as sa
 
 from fingersplit_service.database.connection import Database, transaction
-from fingersplit_service.database.queue import QUEUED_AGAIN, JobQueue, claimed, failure
-from fingersplit_service.database.rows import JobRow, job_row
+from fingersplit_service.database.queue import QUEUED_AGAIN, JobQueue, failure
+from fingersplit_service.database.rows import LISTED_COLUMNS, JobRow, job_row
 from fingersplit_service.database.tables import agents, jobs
 
 __all__ = ["Beat", "ClusterQueue", "Rescue"]
@@ -37,9 +37,38 @@ _OWNERS = sa.text(
         FROM waiting WHERE waiting.owner IS NOT NULL
     )
     SELECT owner,
+           -- What the database's machine forgets of a claim when it loses power is noticed by the agent's next beat.
+           set_config('synchronous_commit', 'off', true),
            (SELECT count(*) FROM jobs WHERE jobs.state = 'running' AND jobs.owner = waiting.owner) AS running,
            (SELECT max(started_at) FROM jobs WHERE jobs.owner = waiting.owner) AS served
     FROM waiting WHERE owner IS NOT NULL ORDER BY running, served NULLS FIRST, owner
+    """
+)
+_COLUMNS = ", ".join(f"jobs.{column.name}" for column in (*LISTED_COLUMNS, jobs.c.request))
+
+
+def _claim_statement(where: str) -> sa.TextClause:
+    """Take the first job of an owner's highest priority; as text, since every job passes it."""
+    top = "(SELECT max(priority) FROM jobs WHERE state = 'queued' AND owner = :owner)"
+    return sa.text(
+        f"""
+        UPDATE jobs SET state = 'running', attempts = attempts + 1, started_at = :now, runner = :agent,
+                        stage = NULL, progress = NULL
+        WHERE state = 'queued' AND number = (
+            SELECT number FROM jobs WHERE state = 'queued' AND owner = :owner AND priority = {top} {where}
+            ORDER BY number LIMIT 1 FOR UPDATE SKIP LOCKED)
+        RETURNING {_COLUMNS}
+        """
+    )
+
+
+_CLAIM_FIRST = _claim_statement("")
+_CLAIM_NEAR = _claim_statement(
+    """
+    AND object_id = ANY(:warm) AND number < COALESCE((
+        SELECT number FROM jobs WHERE state = 'queued' AND owner = :owner
+        AND priority = (SELECT max(priority) FROM jobs WHERE state = 'queued' AND owner = :owner)
+        ORDER BY number OFFSET :window LIMIT 1), 9223372036854775807)
     """
 )
 
@@ -112,8 +141,6 @@ class ClusterQueue(JobQueue):
             connection: The transaction.
             warm: Ids of objects that free workers of this agent hold ready.
         """
-        # What the database's machine forgets of a claim when it loses power is noticed by the agent's next beat.
-        connection.exec_driver_sql("SET LOCAL synchronous_commit TO off")
         self._claims += 1
         prefer = warm if self._claims % _HEAD_EVERY else ()
         for owner, *_ in connection.execute(_OWNERS).all():
@@ -125,15 +152,9 @@ class ClusterQueue(JobQueue):
         return None
 
     def _claim_of(self, connection: sa.Connection, owner: str, warm: Collection[str]) -> Mapping[Any, Any] | None:
-        mine = (jobs.c.state == "queued") & (jobs.c.owner == owner)
-        top = mine & (jobs.c.priority == sa.select(sa.func.max(jobs.c.priority)).where(mine).scalar_subquery())
-        beyond = sa.select(jobs.c.number).where(top).order_by(jobs.c.number).offset(_WINDOW).limit(1).scalar_subquery()
-        near = top & jobs.c.object_id.in_(list(warm)) & (jobs.c.number < sa.func.coalesce(beyond, 2**62))
-        for which in (near, top) if warm else (top,):
-            first = sa.select(jobs.c.number).where(which).order_by(jobs.c.number).limit(1)
-            chosen = first.with_for_update(skip_locked=True).scalar_subquery()
-            taken = {"started_at": time.time(), "runner": self.agent, "stage": None, "progress": None}
-            row = connection.execute(claimed(chosen), taken).mappings().one_or_none()
+        given = {"owner": owner, "agent": self.agent, "now": time.time(), "warm": list(warm), "window": _WINDOW}
+        for statement in (_CLAIM_NEAR, _CLAIM_FIRST) if warm else (_CLAIM_FIRST,):
+            row = connection.execute(statement, given).mappings().one_or_none()
             if row is not None:
                 return row
         return None

@@ -3,6 +3,7 @@
 import asyncio
 import logging
 import os
+import time
 from collections.abc import Callable, Coroutine, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from functools import wraps
@@ -38,6 +39,7 @@ _POSTGRESQL = {  # a machine that is gone answers nothing: it is given up after 
     "keepalives_count": 3,
     "tcp_user_timeout": 10_000,
 }
+_TRUSTED = 0.5  # how long a connection counts as good after it was used [s]
 _BUSY_TIMEOUT = 2_000  # how long to wait for another process's lock [ms]
 _SERVICE_LOCK = 0x66696E67  # of PostgreSQL, held by the one service that works on a database
 _log = logging.getLogger(__name__)
@@ -82,9 +84,8 @@ class Database:
         if self._file is not None:
             self.engine, self._reader = (self._file.engine(url, reads_only=reads) for reads in (False, True))
         else:
-            self.engine = sa.create_engine(
-                url, pool_size=2 * at_once, max_overflow=1, pool_pre_ping=True, connect_args=_POSTGRESQL
-            )
+            self.engine = sa.create_engine(url, pool_size=2 * at_once, max_overflow=1, connect_args=_POSTGRESQL)
+            _look_before_use(self.engine)
             self._reader = self.engine
         self._lock: sa.Connection | None = None
         try:
@@ -155,6 +156,23 @@ class Database:
         except (sa.exc.DatabaseError, sa.exc.InterfaceError, sa.exc.TimeoutError, OSError) as error:
             _log.error("The database failed: %s", error.__cause__ or error)
             raise StorageUnavailable("The database is locked, full, damaged or out of reach.") from error
+
+
+def _look_before_use(engine: sa.Engine) -> None:
+    """Have connections that were not used for a moment tried first, since the database may have been restarted."""
+
+    def note(_connection: Any, record: Any) -> None:
+        record.info["used"] = time.monotonic()
+
+    def look(connection: Any, record: Any, _proxy: Any) -> None:
+        if time.monotonic() - record.info.get("used", time.monotonic()) > _TRUSTED:
+            try:
+                engine.dialect.do_ping(connection)
+            except Exception as error:
+                raise sa.exc.DisconnectionError from error  # another is made
+
+    sa.event.listen(engine, "checkin", note)
+    sa.event.listen(engine, "checkout", look)
 
 
 class _SqliteFile:

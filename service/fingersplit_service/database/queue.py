@@ -10,7 +10,6 @@ from collections.abc import Collection
 from typing import Any, Literal
 
 import sqlalchemy as sa
-from sqlalchemy.sql.dml import ReturningUpdate
 
 from fingersplit_client.schemas import JobError
 from fingersplit_service.database.connection import Database, Store, transaction
@@ -18,7 +17,7 @@ from fingersplit_service.database.rows import LISTED_COLUMNS, JobRow, job_row
 from fingersplit_service.database.tables import jobs, results
 from fingersplit_service.jobs.outcome import JobResultRow
 
-__all__ = ["QUEUED_AGAIN", "JobQueue", "claimed", "failure"]
+__all__ = ["QUEUED_AGAIN", "JobQueue", "failure"]
 
 _MAX_WORKER_DEATHS = 2
 _MAX_ATTEMPTS = 10  # a job under which the whole service dies each time is not run for ever
@@ -30,15 +29,12 @@ _WAITING = (
     .group_by(jobs.c.owner, jobs.c.priority)
 )
 _RUNNING = sa.select(jobs.c.owner, sa.func.count()).where(jobs.c.state == "running").group_by(jobs.c.owner)
-
-
-def claimed(number: sa.ColumnElement[Any]) -> ReturningUpdate[Any]:
-    """The statement that starts an attempt of a queued job; what else it sets is given when it is run."""
-    update = sa.update(jobs).where(jobs.c.number == number, jobs.c.state == "queued")
-    return update.values(state="running", attempts=jobs.c.attempts + 1).returning(*LISTED_COLUMNS, jobs.c.request)
-
-
-_CLAIM = claimed(sa.bindparam("next_job"))
+_CLAIM = (
+    sa.update(jobs)
+    .where(jobs.c.number == sa.bindparam("next_job"), jobs.c.state == "queued")
+    .values(state="running", attempts=jobs.c.attempts + 1)  # and what else is given
+    .returning(*LISTED_COLUMNS, jobs.c.request)
+)
 _THIS_ATTEMPT = (
     (jobs.c.id == sa.bindparam("job_id")) & (jobs.c.attempts == sa.bindparam("attempt")) & (jobs.c.state == "running")
 )

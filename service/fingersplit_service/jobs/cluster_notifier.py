@@ -25,12 +25,13 @@ from fingersplit_service.jobs.notifier import Change, Notifier, Progress
 
 __all__ = ["ClusterNotifier"]
 
-_CHANNEL = "fingersplit"
+_NEWS, _WORK = "fingersplit_news", "fingersplit_work"  # changes of jobs for replicas; jobs and cancels for agents
+_LAZY = 0.02  # how long progress waits for the end of a short job, which then stands for it [s]
 _POLL = 0.4  # between looks at the table [s]
 _RETRY = 0.2  # before a connection is made anew [s]
 _MAX_RUNNING = 10_000  # jobs of other machines whose progress is remembered
 _MAX_OBJECTS = 50  # named in one message, which has 8,000 bytes at most
-_SEND = "SELECT pg_notify(%s, message) FROM unnest(%s::text[]) message"
+_SEND = "SELECT pg_notify(channel, message) FROM unnest(%s::text[], %s::text[]) AS sent(channel, message)"
 _log = logging.getLogger(__name__)
 
 
@@ -45,20 +46,24 @@ class ClusterNotifier(Notifier):
         jobs: The table.
         url: The database, by an address whose sessions are not shared.
         max_waiting: As of `Notifier`.
+        runs_jobs: Whether this process runs jobs; it then hears of jobs that were queued and cancelled, else of
+            everything that becomes of jobs.
 
     Attributes:
         on_queued: Called with the ids of the objects when jobs were queued somewhere.
         on_cancelled: Called with the id of a job that was cancelled somewhere.
     """
 
-    def __init__(self, jobs: JobStore, url: sa.URL, max_waiting: int = 200) -> None:
+    def __init__(self, jobs: JobStore, url: sa.URL, max_waiting: int = 200, *, runs_jobs: bool) -> None:
         super().__init__(max_waiting)
+        self._channel = _WORK if runs_jobs else _NEWS
         self.on_queued: Callable[[Collection[str]], object] = _ignore
         self.on_cancelled: Callable[[str], object] = _ignore
         self._jobs = jobs
         self._address = url.set(drivername="postgresql").render_as_string(hide_password=False)
         self._origin = uuid4().hex[:12]
-        self._unsent: OrderedDict[str, str] = OrderedDict()  # messages by what they are about: the newest counts
+        # Channel and message by what they are about: the newest counts.
+        self._unsent: OrderedDict[tuple[str, str], str] = OrderedDict()
         self._something, self._sent = asyncio.Event(), 0
         self._known: dict[str, tuple[Any, ...]] = {}  # what subscribers were told last of a job
         self._tasks: list[asyncio.Task[NoReturn]] = []
@@ -95,12 +100,14 @@ class ClusterNotifier(Notifier):
             message |= {"stage": progress.stage, "share": progress.share}
         if followed_up:
             message["followed_up"] = True
-        self._post(f"{job_id} {followed_up}", message)
+        self._post(_NEWS, f"{job_id} {followed_up}", message, lazy=state == "running")
+        if state == "cancelled":
+            self._post(_WORK, job_id, message)
 
     def tell_queued(self, objects: Collection[str]) -> None:
         """Say that jobs for these objects were queued."""
         self._sent += 1
-        self._post(f"queued {self._sent}", {"from": self._origin, "queued": list(objects)[:_MAX_OBJECTS]})
+        self._post(_WORK, f"queued {self._sent}", {"from": self._origin, "queued": list(objects)[:_MAX_OBJECTS]})
 
     def deliver(self, job_id: str, change: Change) -> Change:
         """Pass a change on to the subscribers here."""
@@ -110,10 +117,13 @@ class ClusterNotifier(Notifier):
             self._known[job_id] = (change.state, self._known.get(job_id, ("", None))[1])
         return super().deliver(job_id, change)
 
-    def _post(self, about: str, message: dict[str, Any]) -> None:
-        self._unsent.pop(about, None)
-        self._unsent[about] = json.dumps(message, separators=(",", ":"))
-        self._something.set()
+    def _post(self, channel: str, about: str, message: dict[str, Any], *, lazy: bool = False) -> None:
+        self._unsent.pop((channel, about), None)
+        self._unsent[channel, about] = json.dumps(message, separators=(",", ":"))
+        if lazy:
+            asyncio.get_running_loop().call_later(_LAZY, self._something.set)
+        else:
+            self._something.set()
 
     async def _keep_connected(self, act: Callable[[Any], Awaitable[None]]) -> NoReturn:
         while True:
@@ -131,13 +141,13 @@ class ClusterNotifier(Notifier):
         while True:
             await self._something.wait()
             self._something.clear()
-            about = list(self._unsent)
-            messages = [self._unsent.pop(one) for one in about]
-            if messages:
-                await connection.execute(_SEND, (_CHANNEL, messages))
+            unsent, self._unsent = self._unsent, OrderedDict()
+            if unsent:
+                channels = [channel for channel, _ in unsent]
+                await connection.execute(_SEND, (channels, list(unsent.values())))
 
     async def _listen(self, connection: "psycopg.AsyncConnection[Any]") -> None:
-        await connection.execute(f"LISTEN {_CHANNEL}")
+        await connection.execute(f"LISTEN {self._channel}")
         async for one in connection.notifies():
             try:
                 self._receive(json.loads(one.payload))

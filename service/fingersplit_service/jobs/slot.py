@@ -82,8 +82,9 @@ class WorkerSlot:
     def cpu_s(self) -> float | None:
         """CPU time of the process so far [s]; None where the system does not say."""
         try:
-            fields = Path(f"/proc/{self._pid}/stat").read_text().rpartition(")")[2].split()
-        except (OSError, IndexError):
+            with open(f"/proc/{self._pid}/stat", "rb") as file:
+                fields = file.read().rpartition(b")")[2].split()
+        except OSError:
             return None
         return (int(fields[11]) + int(fields[12])) / _TICKS
 
