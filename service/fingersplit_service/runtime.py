@@ -93,8 +93,7 @@ async def running(
         url = database_url(settings.database_url, storage.database)
         database = Database(url, _CONNECTIONS if settings.cluster else 1)
         stack.callback(database.close)
-        if not settings.cluster:
-            database.lock()
+        database.lock(shared=settings.cluster)
         keys = KeyStore(database)
         await refuse_exposure(settings, keys)
         stack.enter_context(tracing(settings.otlp_endpoint))

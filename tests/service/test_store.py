@@ -323,11 +323,25 @@ async def test_a_postgresql_database_serves_one_service(postgresql, tmp_path):
     first, second = Database(url), Database(url)
     try:
         first.lock()
-        with pytest.raises(DatabaseInUse):
-            second.lock()
+        for shared in (False, True):
+            with pytest.raises(DatabaseInUse, match="STORAGE_URL"):
+                second.lock(shared=shared)
     finally:
         first.close()
         second.close()
+
+
+async def test_several_machines_keep_out_a_service_that_works_alone(postgresql, tmp_path):
+    url = database_url(postgresql(), tmp_path)
+    machines, alone = [Database(url) for _ in range(2)], Database(url)
+    try:
+        for machine in machines:
+            machine.lock(shared=True)
+        with pytest.raises(DatabaseInUse):
+            alone.lock()
+    finally:
+        for database in (*machines, alone):
+            database.close()
 
 
 async def test_deleting_a_job_deletes_its_result(store):

@@ -108,10 +108,13 @@ class Database:
         self._reader.dispose()
         self.engine.dispose()
 
-    def lock(self) -> None:
+    def lock(self, *, shared: bool = False) -> None:
         """Hold the database for one service as long as it is open; a file is held with its data directory.
 
-        The lock belongs to a session, so the address must not be that of a pooler in transaction mode.
+        The lock belongs to a session: behind a pooler that shares sessions it guards nothing.
+
+        Args:
+            shared: Whether it is one of several machines, which keep out only a service that works alone.
 
         Raises:
             DatabaseInUse: Another service holds it.
@@ -119,8 +122,12 @@ class Database:
         if self._file is not None:
             return
         self._lock = self.engine.connect().execution_options(isolation_level="AUTOCOMMIT")
-        if not self._lock.execute(sa.select(sa.func.pg_try_advisory_lock(_SERVICE_LOCK))).scalar():
-            raise DatabaseInUse("Another service works on this database; stop it, or name another database.")
+        take = sa.func.pg_try_advisory_lock_shared if shared else sa.func.pg_try_advisory_lock
+        if not self._lock.execute(sa.select(take(_SERVICE_LOCK))).scalar():
+            raise DatabaseInUse(
+                "Another service works on this database; stop it, name another database, or share the work: set "
+                "FINGERSPLIT_STORAGE_URL for all of them."
+            )
 
     @property
     def is_postgresql(self) -> bool:

@@ -8,9 +8,11 @@ import socket
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
+from uuid import uuid4
 
 import sqlalchemy as sa
 
+from fingersplit_service.blobs import BlobStore
 from fingersplit_service.database.connection import Database, StorageUnavailable, database_url
 from fingersplit_service.database.keys import KeyStore
 from fingersplit_service.database.schema import HEAD, schema_version
@@ -40,6 +42,7 @@ def examine(settings: ServiceSettings) -> list[Check]:
         _data_directory,
         _disk,
         _database,
+        _object_store,
         _keys,
         _port,
         _planner,
@@ -97,6 +100,24 @@ def _database(settings: ServiceSettings) -> Check:
         return Check("database", fault is None and version == HEAD, f"{name}; {fault}" if fault else name)
     finally:
         database.close()
+
+
+def _object_store(settings: ServiceSettings) -> Check:
+    if settings.storage_url is None:
+        return Check("object store", True, "none; one machine keeps its files in the data directory")
+    storage = Storage(settings.data_dir.absolute(), shared=BlobStore(settings.storage_url))
+    probe, name = storage.root / "doctor.txt", f"doctor/{uuid4().hex}"
+    probe.write_text("This can be written.")
+    try:
+        assert storage.shared is not None
+        storage.shared.put(name, probe)
+        storage.shared.get(name, probe)
+        storage.shared.delete([name])
+    except OSError as error:
+        return Check("object store", False, f"{settings.storage_url}: {error}")
+    finally:
+        probe.unlink()
+    return Check("object store", True, f"{settings.storage_url} can be read and written")
 
 
 def _keys(settings: ServiceSettings) -> Check:
