@@ -31,6 +31,9 @@ def bench(
     report: Annotated[Path, typer.Option(help="Folder for report.md, report.json and pictures.")] = Path("build/bench"),
     repeats: Annotated[int, typer.Option(help="How often each measurement is taken.", min=1)] = 5,
     starts: Annotated[int, typer.Option(help="Starts of an ordinary plan.", min=1)] = 64,
+    refit: Annotated[
+        bool, typer.Option("--refit", help="Section holding: write the coefficients of p_hold anew, into the package.")
+    ] = False,
 ) -> None:
     """Measure speed and quality of the planner and write a report."""
     os.environ.update(ONE_THREAD)
@@ -58,6 +61,7 @@ def bench(
             starts,
             note=status.update,
             corpus=corpus_folder(objects_folder),
+            refit=refit,
         )
         chapters, left_out = run_sections(suite, names, required=only is not None)
     run["cpu_share"] = round((process_time() - used) / (perf_counter() - began), 2)

@@ -14,7 +14,7 @@ from fingersplit.recording.pictures import shade_phases
 from fingersplit.splitting.trace import PHASE_NAMES, Trace
 from fingersplit_bench.profiles import METRICS, mean_and_deviation
 
-__all__ = ["draw_metrics", "draw_quality_profile"]
+__all__ = ["draw_metrics", "draw_quality_profile", "draw_reliability"]
 
 RED, BLUE = "#c1121f", "#1d4ed8"
 LABELS = {"Q": "$Q$", "Q_iso": "$Q_{iso}$", "Q_vol": "$Q_{vol}$", "Ferrari-Canny": "Ferrari-Canny"}
@@ -46,6 +46,32 @@ def draw_metrics(path: Path, profiles: Sequence[Mapping[str, NDArray[np.float64]
         axes.set(ylim=(-0.25, 1.25))
     figure.supxlabel("progress of the finger splitting [% of its iterations]", fontsize=10)
     figure.supylabel("normalised measurement", fontsize=10)
+    figure.savefig(path, format="png", facecolor="white")
+
+
+def draw_reliability(
+    path: Path, curves: Mapping[str, Mapping[str, tuple[NDArray[np.float64], NDArray[np.float64]]]]
+) -> None:
+    """Share that happened against predicted probability in ten bins, a panel for each condition, a line a predictor.
+
+    The size of a mark goes with the number of grasps in its bin.
+    """
+    figure = _figure(width=4.6 * len(curves), height=4.4)
+    panels = figure.subplots(1, len(curves), squeeze=False, sharey=True)[0]
+    for axes, (title, predictors) in zip(panels, curves.items(), strict=True):
+        axes.plot([0, 1], [0, 1], color="0.6", lw=1, ls="--")
+        for color, (name, (predicted, happened)) in zip(
+            ("#1d4ed8", "#9ca3af", "#c1121f"), predictors.items(), strict=False
+        ):
+            bins = np.minimum((10 * predicted).astype(int), 9)
+            filled = np.unique(bins)
+            x, y = ([values[bins == k].mean() for k in filled] for values in (predicted, happened))
+            axes.plot(x, y, color=color, lw=1.5, label=name)
+            axes.scatter(x, y, s=[12 + 300 * float(np.mean(bins == k)) for k in filled], color=color, alpha=0.6)
+        axes.set(title=title, xlabel="predicted probability of holding", xlim=(0, 1), ylim=(0, 1))
+        axes.grid(alpha=0.25)
+        axes.legend(loc="upper left", fontsize=9)
+    panels[0].set_ylabel("share of executions that held")
     figure.savefig(path, format="png", facecolor="white")
 
 

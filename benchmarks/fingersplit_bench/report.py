@@ -21,6 +21,11 @@ FIGURES = {
     "lift_ms": "<= 13 ms",
     "verdict_changes": "<= 1 % of 480, of which a third fail",
     "held_per_second": ">= 60",
+    "p_hold_auc": ">= 0.90, estimated >= 0.80",
+    "p_hold_calibration": "<= 0.04, estimated <= 0.05",
+    "noisy_top1": ">= 0.94, on each axis >= 0.80; estimated >= 0.88 and 0.70",
+    "cheap_tier_ms": "<= 15 ms",
+    "simulated_tier_ms": "<= 4 ms",
     "recording_ms": "<= 40 ms and 1.5 MB",
     "convex_pieces_s": "<= 3 s",
 }

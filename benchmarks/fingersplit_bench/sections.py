@@ -16,6 +16,7 @@ SECTIONS = {
     "parallel_grasps": "fingersplit_bench.parallel_grasps:parallel_grasps_chapter",
     "balls": "fingersplit_bench.balls:balls_chapter",
     "verification": "fingersplit_bench.verification:verification_chapter",
+    "holding": "fingersplit_bench.holding:holding_chapter",
     "scene": "fingersplit_bench.scene:measure_scene",
     "generated_scenes": "fingersplit_bench.generated_scenes:generated_scenes_chapter",
     "depth": "fingersplit_bench.depth:depth_chapter",

@@ -84,6 +84,7 @@ class Bench:
         starts: Starts of an ordinary plan.
         note: Tells the user what is being measured.
         corpus: Folder of files for the section `intake`; None for our own objects.
+        refit: Whether the section `holding` writes the coefficients of `p_hold` anew.
     """
 
     objects: Mapping[str, Callable[[], Mesh]]
@@ -93,6 +94,7 @@ class Bench:
     starts: int
     note: Callable[[str], None]
     corpus: Path | None = None
+    refit: bool = False
     _models: dict[str, ObjectModel] = field(default_factory=dict)
 
     def model(self, name: str) -> ObjectModel:

@@ -13,7 +13,9 @@ from fingersplit_client.schemas import (
     JobCreate,
     ObjectLookup,
     ParallelGrasp,
+    PoseNoise,
     ProtocolName,
+    RankBy,
     SourceName,
     Unit,
 )
@@ -53,6 +55,10 @@ class JobKeywords(TypedDict, total=False):
     contact_regions: dict[str, Any] | None
     task: dict[str, Any] | None
     end_effector: dict[str, Any] | None
+    rank_by: RankBy
+    simulation_budget_ms: float
+    noise: PoseNoise
+    refine: bool
     verified: int
     protocol: ProtocolName
     controller: ControllerName

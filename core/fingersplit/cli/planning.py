@@ -76,6 +76,21 @@ def plan(
         list[str] | None,
         typer.Option(help="Direction of travel with an angle in degrees, such as down:35 or +x:20; repeatable."),
     ] = None,
+    rank_by: Annotated[
+        str,
+        typer.Option(help="Order of the grasps: p_hold, the probability of holding when executed, or holding_margin."),
+    ] = "p_hold",
+    simulation_budget: Annotated[
+        float, typer.Option(help="Time to simulate the best grasps for their p_hold [ms]; 0 only estimates it.", min=0)
+    ] = 0.0,
+    refine: Annotated[bool, typer.Option(help="Improve the best grasps for holding by small moves.")] = False,
+    position_noise: Annotated[
+        float | None,
+        typer.Option(help="How far the object is from where it is thought to be, rms [m]; default 0.005."),
+    ] = None,
+    rotation_noise: Annotated[
+        float | None, typer.Option(help="How far it is turned, rms [rad]; default 0.087.")
+    ] = None,
     setting: Annotated[
         list[str] | None, typer.Option(help="Planner setting as NAME=VALUE, such as pad_angle_limit=0.5; repeatable.")
     ] = None,
@@ -116,6 +131,8 @@ def plan(
     from fingersplit.objects.options import ObjectOptions
     from fingersplit.parallel_grasps.sources import load_source
     from fingersplit.planning.planning import plan as plan_grasps
+    from fingersplit.robustness.noise import NoiseModel
+    from fingersplit.robustness.ranking_order import RankingOrder
     from fingersplit.splitting.settings import PlannerSettings
     from fingersplit.verification import verify_ranked
     from fingersplit.verification.controllers import load_controller
@@ -130,6 +147,7 @@ def plan(
     named, requested_friction = without_friction(named_values(setting))
     settings, planned_hand = PlannerSettings.from_document(named), load_hand(hand)
     constraints = read_constraints(scene, table, approach or [])
+    ranking = RankingOrder(rank_by, NoiseModel.of(position_noise, rotation_noise), simulation_budget / 1e3)
     chosen_protocol, chosen_controller = load_protocol(protocol), load_controller(controller)
     with progress_bar() as report:
         report("preparing the object", 0.0)
@@ -148,6 +166,9 @@ def plan(
             settings=settings,
             friction=requested_friction,
             constraints=constraints,
+            ranking=ranking,
+            refine=refine,
+            threads=1 if not simulation_budget else 2,
             progress=report,
         )
         if verified:
@@ -248,7 +269,7 @@ def result_table(result: PlanResult) -> Table:
     caption = result.message if verification is None else f"{result.message} {verification.message}"
     verified = verification is not None  # 80 columns hold the verdicts or how the searches ended
     verdicts = ("held", "slip mm", "turn deg") if verified else ("pad rad",)
-    columns = dict.fromkeys(("rank", "feasible", *(metric.heading for metric in metrics), *verdicts), "right")
+    columns = dict.fromkeys(("rank", "feasible", "p hold", *(metric.heading for metric in metrics), *verdicts), "right")
     table = new_table(
         f"{result.object.name}, {result.hand}", columns | ({} if verified else {"ended": "left"}), caption
     )
@@ -258,6 +279,7 @@ def result_table(result: PlanResult) -> Table:
         table.add_row(
             str(grasp.rank),
             "yes" if grasp.feasible else "no",
+            "" if grasp.p_hold is None else f"{grasp.p_hold.value:.2f}",
             *(_rounded(grasp.metrics[metric.name]) for metric in metrics),
             *(verdict_cells(grasp.verification) if verified else search),
         )

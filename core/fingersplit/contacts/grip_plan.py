@@ -43,10 +43,10 @@ class GripDemand:
     acceleration: float = 5.0
     load_margin: float = 1.0
     friction_margin: float = 0.6
-    min_force: float = 2.0
+    min_force: float = 3.0
     max_force: float = MAX_FORCE
     min_share: float = 0.15
-    give: float = 0.1
+    give: float = 0.2
     damping_time: float = 0.02
 
     def to_document(self) -> dict[str, Any]:

@@ -26,6 +26,7 @@ from fingersplit.result.grasp import (
     PalmPose,
     ParallelContacts,
     Pregrasp,
+    SplitGrasp,
 )
 from fingersplit.result.grip import PlannedGrip
 from fingersplit.result.plan import (
@@ -36,6 +37,7 @@ from fingersplit.result.plan import (
     PlanTimings,
     Provenance,
 )
+from fingersplit.robustness.ranking_order import RankingOrder
 from fingersplit.scene.constraints import Constraints
 from fingersplit.splitting.settings import PlannerSettings
 from fingersplit.threads import Progress
@@ -55,6 +57,8 @@ def plan(
     settings: PlannerSettings | None = None,
     friction: float | None = None,
     constraints: Constraints | None = None,
+    ranking: RankingOrder | None = None,
+    refine: bool = False,
     threads: int = 1,
     progress: Progress | None = None,
 ) -> PlanResult:
@@ -73,11 +77,16 @@ def plan(
         friction: Coulomb friction between pads and object to plan for; None for what is known of the object, else the
             default, see ``contacts.friction``.
         constraints: Scene, approach, contact regions, task and end effector; None for nothing but a free approach.
-        threads: Threads that search, screen, split and judge; the answer does not depend on it.
+        ranking: By what grasps are ranked, and for how long they may be simulated for that; None for the estimated
+            probability of holding. With time for simulations the order depends on how fast the machine is.
+        refine: Whether the best grasps are improved by small moves of contacts and palm that raise the estimated
+            probability of holding; each then also has the splitting's grasp beside it.
+        threads: Threads that search, screen, split, judge and simulate; the answer does not depend on it, unless
+            grasps are simulated for their ranking.
         progress: Called with a stage name and the share of that stage that is done, 0..1.
 
     Returns:
-        Ranked grasps: feasible ones first, by the margin with which they hold the object's weight. When no grasp is
+        Ranked grasps: feasible ones first that carry the object's weight, by the probability of holding. When none is
         feasible, the best infeasible ones with what they violate, and a message that says why.
 
     Raises:
@@ -96,6 +105,8 @@ def plan(
         settings=settings,
         friction=friction,
         constraints=constraints,
+        ranking=ranking,
+        refine=refine,
         threads=threads,
         progress=progress,
     )
@@ -114,6 +125,7 @@ def plan(
             constraints=found.constraints.to_document(),
             parallel_grasps=source if parallel_grasps is None else "given",
             top_k=top_k,
+            ranking=(ranking or RankingOrder()).to_document() | {"refine": refine},
         ),
         summary=_summary(found),
         timings_ms=PlanTimings(**stages, total=sum(stages.values())),
@@ -173,6 +185,8 @@ def _grasp(ranked: RankedGrasp, found: Search) -> GraspResult:
         squeeze_joints=hand.named(execution.grip.targets),
         grip=PlannedGrip.from_plan(execution.grip, hand),
         metrics=ranked.metrics,
+        p_hold=ranked.p_hold,
+        split_grasp=None if run.refined_from is None else _split_grasp(run.refined_from),
         self_clearance=run.self_clearance,
         termination=run.termination,
         advice=run.termination.advice,
@@ -194,6 +208,15 @@ def _initial(run: Run, hand: Hand) -> InitialGrasp:
         joints=hand.named(run.initial.joints),
         contacts=_contacts(run.initial, hand, None),
         quality=float(run.first.quality),
+    )
+
+
+def _split_grasp(run: Run) -> SplitGrasp:
+    return SplitGrasp(
+        palm=PalmPose.from_matrix(run.final.object_from_palm),
+        joints=run.hand.named(run.final.joints),
+        contacts=_contacts(run.final, run.hand, None),
+        quality=float(run.last.quality),
     )
 
 

@@ -2,24 +2,29 @@
 
 import math
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fingersplit.contacts.grip_plan import plan_grip
-from fingersplit.contacts.holding import GRAVITY, Contacts, Holding, assess_holding
+from fingersplit.contacts.holding import GRAVITY, Holding
 from fingersplit.contacts.metric import GraspState
 from fingersplit.contacts.metrics import assess
 from fingersplit.contacts.wrench_space import WrenchSpace
 from fingersplit.execution.execution import GraspExecution, plan_execution
-from fingersplit.hands.drivers import driver_jacobians
 from fingersplit.hands.hand import Hand
+from fingersplit.objects.convex_pieces import decompose
 from fingersplit.objects.model import ObjectModel
 from fingersplit.parallel_grasps.antipodal import MIN_OPENING
 from fingersplit.parallel_grasps.guided_starts_kernel import TOUCHING
+from fingersplit.planning.refining import candidate_of, holdings_of
 from fingersplit.planning.run import Run
+from fingersplit.result.grasp import HoldProbability
+from fingersplit.robustness.execution import Execution
+from fingersplit.robustness.features import Candidate
+from fingersplit.robustness.judging import MOST_SIMULATED, estimate_holding, hold_probability, simulate_holding
+from fingersplit.robustness.ranking_order import RankingOrder
 from fingersplit.scene.task import Task
 
 __all__ = ["RankedGrasp", "describe_outcome", "rank_runs"]
@@ -38,6 +43,7 @@ class RankedGrasp:
         metrics: Every metric by name.
         holding: How it holds the object, with the forces that do.
         execution: Pre-grasp, approach and squeeze.
+        p_hold: How probably it holds when it is executed; None for a grasp that cannot be.
         reason: Why it stands at this rank, in a sentence.
     """
 
@@ -46,6 +52,7 @@ class RankedGrasp:
     metrics: dict[str, float | None]
     holding: Holding
     execution: GraspExecution
+    p_hold: HoldProbability | None
     reason: str
 
     @property
@@ -55,41 +62,86 @@ class RankedGrasp:
 
 
 def rank_runs(
-    model: ObjectModel, runs: Sequence[Run], top_k: int, friction: float, threads: int = 1
+    model: ObjectModel,
+    runs: Sequence[Run],
+    top_k: int,
+    friction: float,
+    threads: int = 1,
+    ranking: RankingOrder | None = None,
 ) -> tuple[RankedGrasp, ...]:
     """The best ``top_k`` runs that are not nearly a better one, with metrics, forces and execution.
 
-    Fewest violated constraints first, so feasible grasps lead; then by the margin with which they hold the object's
-    weight (``contacts.holding``), so that no feasible grasp that cannot carry it stands before one that can; where none
-    can carry it, by Q. Of the best ``top_k``, those with a finger that only supports stand after the others.
+    Fewest violated constraints first, so feasible grasps lead; then those that carry the object's weight
+    (``contacts.holding``). Among these by the probability that they hold when executed (``robustness``), or by the
+    margin with which they hold, as ``ranking`` says; then by margin and Q. Of the best ``top_k``, those with a finger
+    that only supports stand after the others.
     """
     if not runs:
         return ()
-    loads = _loads(runs[0], model)
-    center = model.center_of_mass
-    holdings = assess_holding(_contacts(runs), model.surface, friction, model.mass, center, threads, loads)
-    order = sorted(
-        range(len(runs)),
-        key=lambda i: (runs[i].violation_count, -holdings[i].margin, -runs[i].last.quality),
+    ranking = ranking or RankingOrder()
+    holdings = holdings_of(runs, model, friction, threads)
+    feasible = [i for i, run in enumerate(runs) if run.feasible]
+    candidates = {i: candidate_of(runs[i], holdings[i]) for i in feasible}
+    judged = estimate_holding(runs[0].hand, model, list(candidates.values()), friction, ranking.noise, threads)
+    values = dict(zip(feasible, judged.tolist(), strict=True))
+
+    def before(i: int) -> tuple[float, ...]:
+        preferred = values.get(i, 0.0) if ranking.by == "p_hold" else 0.0
+        return runs[i].violation_count, holdings[i].margin < 0.0, -preferred, -holdings[i].margin, -runs[i].last.quality
+
+    most = max(top_k, MOST_SIMULATED) if ranking.simulation_budget else top_k
+    kept = _different(sorted(range(len(runs)), key=before), runs, most)
+    executions = {i: _execution(runs[i], holdings[i], model) for i in kept}
+    simulated: dict[int, float] = {}
+    if ranking.simulation_budget:
+        wanted = [i for i in kept if i in candidates]
+        simulated = _simulate(model, candidates, executions, wanted, runs[0].hand, friction, ranking, threads)
+        values |= simulated
+    kept.sort(key=before)
+    kept.sort(key=lambda i: (runs[i].violation_count, holdings[i].margin < 0.0, executions[i].grip.supporting.any()))
+
+    def p_hold(i: int) -> HoldProbability | None:
+        return hold_probability(values[i], ranking.noise, simulated=i in simulated) if i in values else None
+
+    return tuple(
+        _planned(rank, runs[i], holdings[i], executions[i], p_hold(i), model, friction)
+        for rank, i in enumerate(kept[:top_k], 1)
     )
+
+
+def _different(order: Sequence[int], runs: Sequence[Run], most: int) -> list[int]:
+    """The first ``most`` of ``order`` that are not nearly one before them."""
     kept: list[int] = []
     for i in order:
-        if len(kept) == top_k:
+        if len(kept) == most:
             break
         if not any(_nearly_same(runs[i], runs[better]) for better in kept):
             kept.append(i)
-    executions = {i: _execution(runs[i], holdings[i], model) for i in kept}
-    kept.sort(key=lambda i: (runs[i].violation_count, holdings[i].margin < 0.0, executions[i].grip.supporting.any()))
-    return tuple(_planned(rank, runs[i], holdings[i], executions[i], model, friction) for rank, i in enumerate(kept, 1))
+    return kept
 
 
-def _loads(run: Run, model: ObjectModel) -> NDArray[np.float64] | None:
-    """Loads of a request's task (L, 6), see ``assess_holding``; None for the weight alone, whichever way is down."""
-    if run.scene is None or run.scene.constraints.task == Task():
-        return None
-    constraints = run.scene.constraints
-    gravity = np.array(constraints.scene.gravity)
-    return constraints.task.loads(model.mass, model.center_of_mass, gravity, run.scene.world_from_object)
+def _simulate(
+    model: ObjectModel,
+    candidates: Mapping[int, Candidate],
+    executions: Mapping[int, GraspExecution],
+    wanted: Sequence[int],
+    hand: Hand,
+    friction: float,
+    ranking: RankingOrder,
+    threads: int,
+) -> dict[int, float]:
+    """Simulated probabilities of holding of those of ``wanted`` that there is time for."""
+    if not wanted:
+        return {}
+    pieces = decompose(model.mesh) if ranking.pieces is None else ranking.pieces()
+    executed = []
+    for i in wanted:
+        grasp, grip = candidates[i].grasp, executions[i].grip
+        opened = executions[i].pregrasp_joints
+        parts = opened, grasp.joints, grip.targets, grip.stiffness, grip.damping
+        executed.append((candidates[i], Execution(grasp.object_from_palm, *parts)))
+    found = simulate_holding(hand, model, pieces, executed, friction, ranking.noise, ranking.simulation_budget, threads)
+    return {wanted[place]: value for place, value in found.items()}
 
 
 def _execution(run: Run, holding: Holding, model: ObjectModel) -> GraspExecution:
@@ -101,7 +153,13 @@ def _execution(run: Run, holding: Holding, model: ObjectModel) -> GraspExecution
 
 
 def _planned(
-    rank: int, run: Run, holding: Holding, execution: GraspExecution, model: ObjectModel, friction: float
+    rank: int,
+    run: Run,
+    holding: Holding,
+    execution: GraspExecution,
+    p_hold: HoldProbability | None,
+    model: ObjectModel,
+    friction: float,
 ) -> RankedGrasp:
     final = run.final
     space = WrenchSpace(final.contacts, final.normals, friction, model.center_of_mass, model.radius)
@@ -112,11 +170,14 @@ def _planned(
         metrics=metrics,
         holding=holding,
         execution=execution,
-        reason=_reason(run, holding, execution, model.mass * GRAVITY),
+        p_hold=p_hold,
+        reason=_reason(run, holding, execution, p_hold, model.mass * GRAVITY),
     )
 
 
-def _reason(run: Run, holding: Holding, execution: GraspExecution, weight: float) -> str:
+def _reason(
+    run: Run, holding: Holding, execution: GraspExecution, p_hold: HoldProbability | None, weight: float
+) -> str:
     """Why a grasp stands where it does, in a sentence or two."""
     if not run.feasible:
         return f"Ranked after every feasible grasp: {run.violations[0]}"
@@ -126,7 +187,10 @@ def _reason(run: Run, holding: Holding, execution: GraspExecution, weight: float
     supports = f" Takes no share of the grip and only supports: {', '.join(only)}." if only else ""
     approach = "" if execution.pregrasp_pose is not None else " No collision-free straight approach."
     lowest = f"lowest effective friction coefficient: {holding.frictions.min():.2f} at {weakest}"
-    return f"{held}; {lowest}.{supports}{approach}"
+    likely = (
+        "" if p_hold is None else f" Probability of holding when executed: {p_hold.value:.2f}, {p_hold.robustness}."
+    )
+    return f"{held}; {lowest}.{supports}{likely}{approach}"
 
 
 def _held(run: Run, holding: Holding, weight: float) -> str:
@@ -150,15 +214,6 @@ def _held(run: Run, holding: Holding, weight: float) -> str:
 def _direction_name(direction: np.ndarray) -> str:
     axis = int(np.abs(direction).argmax())
     return f"{'-' if direction[axis] < 0 else '+'}{'xyz'[axis]}"
-
-
-def _contacts(runs: Sequence[Run]) -> Contacts:
-    """Contacts of all final grasps as arrays."""
-    hand = runs[0].hand
-    points, normals, jacobians = (
-        np.array([run.last[name][: len(hand.fingers)] for run in runs]) for name in ("contacts", "normals", "jacobians")
-    )
-    return Contacts(points, normals, driver_jacobians(hand.arrays, jacobians), hand.torque_limits)
 
 
 def _nearly_same(a: Run, b: Run) -> bool:

@@ -50,6 +50,7 @@ class Run:
         last: The state it ended with, contacts and residuals measured against the triangles.
         outcome: ``OUTCOME`` record.
         scene: What the request said of the world around; None for nothing.
+        refined_from: The run as the splitting left it, when its grasp was refined afterwards; None otherwise.
     """
 
     problem: Problem
@@ -59,6 +60,7 @@ class Run:
     last: np.record
     outcome: np.record
     scene: PreparedScene | None = None
+    refined_from: "Run | None" = None
 
     @cached_property
     def feasible(self) -> bool:

@@ -15,9 +15,12 @@ from fingersplit.parallel_grasps.parallel_grasp import ParallelGrasp
 from fingersplit.planning.final_checks import check_finally
 from fingersplit.planning.finding import allowed_starts, find_starts
 from fingersplit.planning.ranking import RankedGrasp, describe_outcome, rank_runs
+from fingersplit.planning.refining import refine_runs
 from fingersplit.planning.relaxing import Relaxation, find_relaxations
 from fingersplit.planning.run import Run
 from fingersplit.planning.starts import build_problem, choose_starts, split_starts
+from fingersplit.robustness.noise import NoiseModel
+from fingersplit.robustness.ranking_order import RankingOrder
 from fingersplit.scene.attaching import attach_bodies
 from fingersplit.scene.constraints import Constraints
 from fingersplit.scene.preparing import PreparedScene, prepare_scene
@@ -29,6 +32,8 @@ __all__ = ["Search", "find_grasps"]
 ATTEMPTS, MORE_STARTS = 3, 3
 """A request with a scene is tried again when nothing is feasible, so often in all, each time with more starts."""
 
+REFINED = 12
+"""Best grasps that are refined on request."""
 
 _NOTHING_LEFT = (
     "No parallel grasp is left to start from: what stands around the object, approach.directions, the palm's limits "
@@ -87,6 +92,8 @@ def find_grasps(
     settings: PlannerSettings | None = None,
     friction: float | None = None,
     constraints: Constraints | None = None,
+    ranking: RankingOrder | None = None,
+    refine: bool = False,
     threads: int = 1,
     progress: Progress | None = None,
 ) -> Search:
@@ -138,7 +145,11 @@ def find_grasps(
         relaxations = find_relaxations(scene, runs, relaxed)
         watch.lap("splitting")
     ruled_out = scene.restricts and parallel_grasps is None and not len(given) and not runs
-    grasps = rank_runs(model, runs, top_k, friction, threads)
+    if refine:
+        report("refining", 0.0)
+        runs = _refined(runs, model, friction, (ranking or RankingOrder()).noise, threads)
+        watch.lap("splitting")
+    grasps = rank_runs(model, runs, top_k, friction, threads, ranking)
     carries = any(one.run.feasible and one.carries_weight for one in grasps)
     watch.lap("ranking")
     report("ranking", 1.0)
@@ -160,6 +171,16 @@ def find_grasps(
         ),
         seconds=seconds,
     )
+
+
+def _refined(
+    runs: tuple[Run, ...], model: ObjectModel, friction: float, noise: NoiseModel, threads: int
+) -> tuple[Run, ...]:
+    """The runs with the best of them refined."""
+    ranked = rank_runs(model, runs, REFINED, friction, threads, RankingOrder(noise=noise))
+    best = [one.run for one in ranked if one.run.feasible]
+    refined = dict(zip(map(id, best), refine_runs(best, model, friction, noise), strict=True))
+    return tuple(refined.get(id(run), run) for run in runs)
 
 
 def _silent(_stage: str, _share: float) -> None:

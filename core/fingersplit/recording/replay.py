@@ -104,7 +104,7 @@ def replay(
         friction=result.friction,
         trace=run.trace,
         scene=scene,
-        frames=again.frames(grasp.verification, run.final),
+        frames=again.frames(grasp.verification, run.final if grasp.split_grasp is None else grasp.for_hand(hand)),
         initial_frames=again.frames(grasp.initial.verification, run.initial),
         rejected_by={} if result.scene is None else result.scene.rejected_by,
     )
@@ -128,7 +128,8 @@ def _repeat_search(
     given = grasp.initial.parallel_grasp
     parallel_grasp = ParallelGrasp(np.array(given.contacts), np.array(given.approach))
     starts = choose_starts(problem, hand, [parallel_grasp], 2, threads=1, report=_silent)
-    first, last = grasp.initial.for_hand(hand).joints, grasp.for_hand(hand).joints
+    ended = grasp.joints if grasp.split_grasp is None else grasp.split_grasp.joints
+    first, last = grasp.initial.for_hand(hand).joints, np.array([ended[name] for name in hand.joint_names])
     for run in split_starts(problem, model.patches, hand, starts, threads=1, report=_silent):
         if np.abs(run.final.joints - last).max() < SAME and np.abs(run.initial.joints - first).max() < SAME:
             return run, scene

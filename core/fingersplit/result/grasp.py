@@ -28,6 +28,7 @@ __all__ = [
     "PalmPose",
     "ParallelContacts",
     "Pregrasp",
+    "SplitGrasp",
     "joints_in_order",
 ]
 
@@ -132,6 +133,16 @@ class InitialGrasp:
 
 
 @dataclass(frozen=True)
+class SplitGrasp:
+    """The grasp that the splitting ended with, where it was refined afterwards."""
+
+    palm: PalmPose = described("The palm's pose in the object frame")
+    joints: dict[str, float] = described("Joint angles by name", "rad")
+    contacts: tuple[Contact, ...] = described("Contacts, one a finger")
+    quality: float = described("The planner's objective Q, no unit")
+
+
+@dataclass(frozen=True)
 class HoldProbability:
     """How probably the executed grasp holds where pose, friction and mass are not exactly as planned."""
 
@@ -178,6 +189,9 @@ class GraspResult:
     )
     p_hold: HoldProbability | None = described(
         "How probably the grasp holds when it is executed under noise; null where it was not judged", default=None
+    )
+    split_grasp: SplitGrasp | None = described(
+        "The grasp as the splitting left it; null where it was not refined", default=None
     )
     world: WorldPoses | None = described("Palm and tool in the scene's frame", default=None)
     approach_path: Way | None = described("The straight way in", default=None)

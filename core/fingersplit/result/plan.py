@@ -68,6 +68,11 @@ class Provenance:
         "Where the parallel grasps came from: the name of a source, or given when they were part of the request"
     )
     top_k: int = described("How many grasps were asked for at most")
+    ranking: dict[str, Json] | None = described(
+        "By what the grasps were ranked, under which noise, and how long they were simulated for it [s]; null in "
+        "documents from before there was a choice",
+        default=None,
+    )
 
 
 @dataclass(frozen=True)

@@ -30,6 +30,7 @@ from fingersplit.result.grasp import (
     PalmPose,
     ParallelContacts,
     Pregrasp,
+    SplitGrasp,
 )
 from fingersplit.result.grip import PlannedGrip
 from fingersplit.result.plan import PlannedObject, PlanResult, PlanSummary, PlanTimings, Provenance
@@ -76,6 +77,7 @@ _CLASSES: dict[str, tuple[type, ...]] = {
         Iterations,
         GraspTimings,
         Pregrasp,
+        SplitGrasp,
         HoldProbability,
         PlannedGrip,
         InitialGrasp,

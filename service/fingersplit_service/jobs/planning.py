@@ -3,7 +3,7 @@
 import gzip
 import json
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -73,7 +73,9 @@ def draw_starts(storage: Storage, task: PlanTask) -> None:
 
     request = task.request
     model = prepared_object(storage, request.object_id, task.object_name)
-    found = find_grasps(model, stored_hand(storage, request.hand), **_asked(storage, request))
+    asked = _asked(storage, request)
+    asked |= {"ranking": replace(asked["ranking"], simulation_budget=0.0), "refine": False}  # the runs alone count
+    found = find_grasps(model, stored_hand(storage, request.hand), **asked)
     document = json.dumps(starts_scene(found), separators=(",", ":")).encode()
     path = storage.view(task.job_id, 0, STARTS)
     with storage.atomic(path, durable=False, make_folder=False) as staged:
@@ -83,6 +85,8 @@ def draw_starts(storage: Storage, task: PlanTask) -> None:
 def _asked(storage: Storage, request: JobCreate) -> dict[str, Any]:
     """What a job asks of the search, as its keywords."""
     from fingersplit.parallel_grasps.parallel_grasp import ParallelGrasp
+    from fingersplit.robustness.noise import NoiseModel
+    from fingersplit.robustness.ranking_order import RankingOrder
 
     settings, friction = planner_settings(request.planner)
     given = request.parallel_grasps
@@ -97,6 +101,13 @@ def _asked(storage: Storage, request: JobCreate) -> dict[str, Any]:
         "settings": settings,
         "friction": friction,
         "constraints": load_constraints(storage, request),
+        "ranking": RankingOrder(
+            request.rank_by,
+            NoiseModel(request.noise.position, request.noise.rotation),
+            request.simulation_budget_ms / 1e3,
+            partial(convex_pieces, storage, request.object_id),
+        ),
+        "refine": request.refine,
     }
 
 

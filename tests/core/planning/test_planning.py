@@ -67,7 +67,15 @@ def test_grasps_are_ranked_and_differ(planned, name):
     assert [grasp["rank"] for grasp in grasps] == list(range(1, len(grasps) + 1))
     margins = [grasp["metrics"]["holding_margin"] for grasp in grasps]
     held = [-math.inf if margin is None else margin for margin in margins]
-    order = [(len(grasp["violations"]), -margin) for grasp, margin in zip(grasps, held, strict=True)]
+    order = [
+        (
+            len(grasp["violations"]),
+            margin < 0,
+            bool(grasp["grip"]["supporting"]),
+            -grasp["p_hold"]["value"] if grasp["feasible"] else -margin,
+        )
+        for grasp, margin in zip(grasps, held, strict=True)
+    ]
     assert order == sorted(order)
     for grasp, margin in zip(grasps, held, strict=True):
         assert grasp["feasible"] == grasp["geometry_valid"] == (not grasp["violations"])

@@ -27,6 +27,8 @@ from fingersplit_client.schemas.jobs import (
     JobState,
     JobSummary,
     JobVerification,
+    PoseNoise,
+    RankBy,
     VerificationState,
 )
 from fingersplit_client.schemas.objects import CloudReport, IntakeReport, ObjectOptions, ObjectSource
@@ -145,12 +147,14 @@ __all__ = [
     "PlanTimings",
     "PlannedObject",
     "PoseError",
+    "PoseNoise",
     "Pregrasp",
     "Problem",
     "ProtocolInfo",
     "ProtocolName",
     "Provenance",
     "Quaternion",
+    "RankBy",
     "Readiness",
     "SessionCreate",
     "SessionInfo",

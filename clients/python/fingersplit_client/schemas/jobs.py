@@ -21,6 +21,8 @@ __all__ = [
     "JobState",
     "JobSummary",
     "JobVerification",
+    "PoseNoise",
+    "RankBy",
     "VerificationState",
 ]
 
@@ -30,6 +32,17 @@ JobState = Literal["queued", "running", "succeeded", "failed", "cancelled"]
 
 VerificationState = Literal["pending", "done", "failed"]
 """Where the verification of a run's first grasp stands, which is done behind the answer."""
+
+
+RankBy = Literal["p_hold", "holding_margin"]
+"""What grasps are ranked by."""
+
+
+class PoseNoise(Document):
+    """How far the object is from where it is thought to be when a grasp is executed."""
+
+    position: float = Field(default=0.005, ge=0, le=0.05, description="Root mean square displacement [m].")
+    rotation: float = Field(default=0.0872664625997, ge=0, le=0.8, description="Root mean square turn [rad].")
 
 
 class JobCreate(Document):
@@ -83,6 +96,24 @@ class JobCreate(Document):
     task: dict[str, Any] | None = Field(default=None, description="The loads to carry: wrenches and gravity.")
     end_effector: dict[str, Any] | None = Field(
         default=None, description="What the hand is mounted on: tool_frame, tool_from_palm, attached_bodies, reach."
+    )
+    rank_by: RankBy = Field(
+        default="p_hold",
+        description="Order of the grasps that carry the weight: p_hold, the probability that they hold when they are "
+        "executed, or holding_margin.",
+    )
+    simulation_budget_ms: float = Field(
+        default=0,
+        ge=0,
+        le=60_000,
+        description="Time to simulate executions of the best grasps for their p_hold [ms]; 0 only estimates it.",
+    )
+    noise: PoseNoise = Field(
+        default=PoseNoise(), description="What p_hold reckons with; friction and mass vary beside it."
+    )
+    refine: bool = Field(
+        default=False,
+        description="Improve the best grasps by small moves that raise the probability of holding.",
     )
     verified: int = Field(
         default=0, ge=0, le=100, description="Simulate ranked grasps, best first, until so many have held."

@@ -32,6 +32,7 @@ __all__ = [
     "Provenance",
     "Relaxation",
     "SceneSummary",
+    "SplitGrasp",
     "Termination",
     "Way",
     "WorldPoses",
@@ -143,6 +144,15 @@ class Pregrasp(Document):
 
     palm: Palm = Field(description="The palm where the approach begins, in the object frame.")
     joints: dict[str, float] = Field(description="Joint angles by name during the approach, opened [rad].")
+
+
+class SplitGrasp(Document):
+    """The grasp that the splitting ended with, where it was refined afterwards."""
+
+    palm: Palm = Field(description="The palm's pose in the object frame.")
+    joints: dict[str, float] = Field(description="Joint angles by name [rad].")
+    contacts: list[Contact] = Field(description="Contacts, one a finger.")
+    quality: float = Field(description="The planner's objective Q, no unit.")
 
 
 class HoldProbability(Document):
@@ -296,6 +306,9 @@ class Grasp(Document):
         default=None,
         description="How probably the grasp holds when it is executed under noise; null where it was not judged.",
     )
+    split_grasp: SplitGrasp | None = Field(
+        default=None, description="The grasp as the splitting left it; null where it was not refined."
+    )
     world: WorldPoses | None = Field(default=None, description="Palm and tool in the scene's frame.")
     approach_path: Way | None = Field(default=None, description="The straight way in.")
     retreat_path: Way | None = Field(default=None, description="The way out with the object.")
@@ -352,6 +365,11 @@ class Provenance(Document):
         "request.",
     )
     top_k: int = Field(description="How many grasps were asked for at most.")
+    ranking: dict[str, JsonValue] | None = Field(
+        default=None,
+        description="By what the grasps were ranked, under which noise, and how long they were simulated for it [s]; "
+        "null in documents from before there was a choice.",
+    )
 
 
 class PlanSummary(Document):
