@@ -28,11 +28,17 @@ _HAND: dict[str, Any] = {
     "fingers": [{"name": "finger1", "joints": ["finger1_base"], "pad_radius": 0.01}],
     "joints": [{"name": "finger1_base", "lower": 0.0, "upper": 2.4}],
 }
-_SOURCES = [{"name": "antipodal", "meaning": "A source."}]
+_CATALOGS: dict[str, list[dict[str, Any]]] = {
+    "sources": [{"name": "antipodal", "meaning": "A source."}],
+    "protocols": [{"name": "lift", "meaning": "A protocol.", "numbers": {}}],
+    "controllers": [
+        {"name": name, "meaning": "A controller.", "numbers": {}} for name in ("position_servo", "virtual_frame")
+    ],
+}
 
 
 def _warm() -> WarmUpReport:
-    return WarmUpReport([_HAND], catalogs={"sources": _SOURCES})
+    return WarmUpReport([_HAND], catalogs=_CATALOGS)
 
 
 @lru_cache(maxsize=8)  # as many as a real worker keeps ready
