@@ -121,7 +121,11 @@ class Machines:
         os.kill(pid, signal.SIGQUIT)
         while Path(f"/proc/{pid}").exists():
             time.sleep(0.05)
-        self._database.ensure_postgres_running()
+        while True:
+            try:
+                return self._database.ensure_postgres_running()
+            except subprocess.TimeoutExpired:  # on a busy machine it comes up later
+                continue
 
     @contextmanager
     def store_gone(self) -> Iterator[None]:
