@@ -141,7 +141,7 @@ def run_pick(world: PickWorld, motion: PickMotion, scene: PreparedScene, protoco
     up = -np.array(scene.constraints.scene.gravity)
     world.raise_object(up / max(float(np.linalg.norm(up)), 1e-9))
     log = _Log([], [], [], [], [], set())
-    start, _ = world.object_pose
+    start = _center(world)
 
     def play(time: float, palm: _Stretch, joints: _Stretch) -> None:
         steps = max(2, round(time / step))
@@ -151,8 +151,7 @@ def run_pick(world: PickWorld, motion: PickMotion, scene: PreparedScene, protoco
         _play(world, _feed_forward(path, step), targets, log)
 
     play(protocol.settle_time, (back, back), (opened, opened))
-    settled, _ = world.object_pose
-    settling = float(np.linalg.norm(settled - start))
+    settling = float(np.linalg.norm(_center(world) - start))
     came = len(log.touching)
     still = np.zeros(3)
     play(protocol.approach_time, (back, still), (opened, opened))
@@ -164,6 +163,12 @@ def run_pick(world: PickWorld, motion: PickMotion, scene: PreparedScene, protoco
     play(protocol.lift_time, (still, leave), (motion.pressed, motion.pressed))
     play(protocol.hold_time, (leave, leave), (motion.pressed, motion.pressed))
     return _judge(world, scene, protocol, log, (came, gripped), settling, away, step)
+
+
+def _center(world: PickWorld) -> NDArray[np.float64]:
+    """The object's centre of mass, scene frame (3,) [m]; its origin may be far away, and then moves by every turn."""
+    position, wxyz = world.object_pose
+    return np.asarray(position + rotation_from_wxyz(wxyz) @ world.model.body_ipos[world.object_body])
 
 
 def _play(world: PickWorld, path: NDArray[np.float64], targets: NDArray[np.float64], log: _Log) -> None:
