@@ -6,10 +6,8 @@ __all__ = [
     "FINGERS",
     "FORBIDDEN",
     "FORCE",
-    "LINK",
     "OBJECT",
     "OBSTACLE",
-    "PALM",
     "PARALLEL",
     "PHASES",
     "REFERENCE",
@@ -24,8 +22,6 @@ FINGERS = ("#d1495b", "#2a9d4e", "#e08e1b", "#7b4fb5", "#1f8a9e")
 PHASES = {"map": "#9aa5b1", "cpo": "#f2c230", "ppo": "#4f8fd0", "settle": "#7ab8a0"}
 """CPO yellow and PPO blue, as in the quality profile of [Fan2018]."""
 OBJECT = (92, 140, 199, 110)
-PALM = (72, 76, 84, 255)
-LINK = (170, 176, 186, 255)
 PARALLEL = (150, 110, 220, 255)
 CONE = (240, 190, 70, 70)
 STEP = (242, 194, 48, 255)

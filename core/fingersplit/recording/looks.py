@@ -23,7 +23,7 @@ __all__ = ["LinkLook", "hand_looks", "light_mesh", "posed_looks"]
 Array = NDArray[np.float64]
 
 MAX_FACES, LEAST_FACES = 14_000, 60
-"""Of all visual meshes of a hand, and of one of them however small its share is."""
+"""Of all visual meshes of a hand together, and of one of them however small its share is."""
 LEAST_OPACITY = 0.05
 """Geoms below are there for sensors and markers."""
 
@@ -50,10 +50,11 @@ def hand_looks(hand: Hand) -> tuple[LinkLook, ...]:
     """What is seen of every link: the model's visual geoms, the collision shapes where it has none."""
     visuals = [solid for solid in hand.model.visuals if solid.color[3] >= LEAST_OPACITY] or list(hand.model.solids)
     meshes = [_solid_mesh(solid) for solid in visuals]
-    total = sum(len(faces) for _, faces in meshes)
+    total = sum(len(faces) for solid, (_, faces) in zip(visuals, meshes, strict=True) if solid.vertices is not None)
     groups: dict[tuple[int, tuple[float, ...]], list[tuple[Array, NDArray[np.int64]]]] = {}
     for solid, (vertices, faces) in zip(visuals, meshes, strict=True):
-        vertices, faces = light_mesh(vertices, faces, max(LEAST_FACES, len(faces) * MAX_FACES // max(total, 1)))
+        if solid.vertices is not None:
+            vertices, faces = light_mesh(vertices, faces, max(LEAST_FACES, len(faces) * MAX_FACES // max(total, 1)))
         key = solid.link, tuple(round(float(part), 3) for part in solid.color[:3])
         groups.setdefault(key, []).append((transform_points(solid.pose, vertices), faces))
     return tuple(_joined(link, (rgb[0], rgb[1], rgb[2]), parts) for (link, rgb), parts in groups.items())
@@ -80,11 +81,13 @@ def _solid_mesh(solid: Solid) -> tuple[Array, NDArray[np.int64]]:
     if solid.vertices is not None and solid.faces is not None:
         mesh = trimesh.Trimesh(solid.vertices, solid.faces, process=False)
         mesh.merge_vertices(merge_norm=True, merge_tex=True)
-    elif solid.kind in (SPHERE, CAPSULE, CYLINDER, BOX):
+    elif solid.kind == CAPSULE:  # round enough with smooth normals, and a third of what `shape_mesh` takes
+        mesh = trimesh.creation.capsule(height=2 * solid.size[1], radius=solid.size[0], count=[12, 20])
+    elif solid.kind in (CYLINDER, BOX):
         mesh = shape_mesh(solid.kind, solid.size)
-    else:  # an ellipsoid
-        mesh = trimesh.creation.icosphere(subdivisions=3)
-        mesh.apply_scale(solid.size)
+    else:
+        mesh = trimesh.creation.icosphere(subdivisions=2)
+        mesh.apply_scale(solid.size[0] if solid.kind == SPHERE else solid.size)
     return np.asarray(mesh.vertices, np.float64), np.asarray(mesh.faces, np.int64)
 
 

@@ -54,8 +54,8 @@ def log_bodies(stream: rr.RecordingStream, model: ObjectModel, hand: Hand, repla
     """What never changes: meshes, colours and sizes, the parallel grasp, the axes of the palm's start."""
     stream.log("world", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
     _log_mesh(stream, "world/object", shade_object(model.mesh), colors.OBJECT)
-    for entity, link, mesh in zip(hand_entities(hand), hand_links(hand), shade_hand(hand), strict=True):
-        _log_mesh(stream, entity, mesh, colors.PALM if link.finger < 0 else colors.LINK)
+    for entity, mesh in zip(hand_entities(hand), shade_hand(hand), strict=True):
+        _log_mesh(stream, entity, mesh)
     cone = trimesh.creation.cone(radius=replayed.friction * CONE_HEIGHT, height=CONE_HEIGHT, sections=32)
     cone.vertices[:, 2] -= CONE_HEIGHT  # the tip at the contact, the cone along the inward normal
     cones = rr.Mesh3D(vertex_positions=cone.vertices, triangle_indices=cone.faces, albedo_factor=colors.CONE)
@@ -97,11 +97,14 @@ def _log_surroundings(stream: rr.RecordingStream, model: ObjectModel, replayed: 
         stream.log("rejected", text, static=True)
 
 
-def _log_mesh(stream: rr.RecordingStream, entity: str, mesh: ShadedMesh, color: tuple[int, int, int, int]) -> None:
+def _log_mesh(
+    stream: rr.RecordingStream, entity: str, mesh: ShadedMesh, color: tuple[int, int, int, int] | None = None
+) -> None:
     archetype = rr.Mesh3D(
         vertex_positions=mesh.vertices,
         triangle_indices=mesh.faces,
         vertex_normals=mesh.normals,
+        vertex_colors=mesh.colors,
         albedo_factor=color,
     )
     stream.log(entity, archetype, static=True)
