@@ -82,7 +82,7 @@ def test_no_request_meets_a_fault_or_an_undocumented_answer(tmp_path, unused_por
 
 def test_sequences_of_requests_meet_no_fault(tmp_path, unused_port):
     with serving(tmp_path / "data", unused_port) as (process, http):
-        assert check_sequences(http, tmp_path, 300) > 15
+        assert check_sequences(http, tmp_path, 450) > 15
         assert re.search(r'jobs_ended_total\{state="succeeded"\} [1-9]', http.get("/metrics").text)
         assert process.poll() is None
 

@@ -55,10 +55,11 @@ export function jobs(filters) {
   return call(`/v1/jobs?${query}`);
 }
 
-export function upload(file, unit) {
+export function upload(file, unit, said = {}) {
   const form = new FormData();
   form.append("file", file);
   form.append("unit", unit);
+  for (const [name, value] of Object.entries(said)) form.append(name, value);
   return call("/v1/objects", { method: "POST", body: form });
 }
 

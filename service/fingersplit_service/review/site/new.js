@@ -4,6 +4,7 @@ import * as api from "./api.js";
 import { find, forgive, h, report, show } from "./dom.js";
 import { watchDrop } from "./drop.js";
 import { sentence } from "./format.js";
+import { SAMPLES, sampleFile } from "./samples.js";
 
 const form = find("form");
 const earlier = new URLSearchParams(location.search).get("from");
@@ -40,16 +41,48 @@ function drawStages(now) {
 }
 
 function check() {
-  const file = form.elements.file.files[0];
+  const sample = form.elements.sample.value;
+  const file = sample ? sampleFile(sample) : form.elements.file.files[0];
   if (!object && !file) throw new Error("Choose a mesh file first.");
-  if (!object && !form.elements.unit.value) throw new Error("Say the unit of the file; a wrong guess is a wrong grasp.");
+  if (!object && !sample && !form.elements.unit.value) throw new Error("Say the unit of the file; a wrong guess is a wrong grasp.");
   for (const field of form.querySelectorAll("input[type=number]")) {
     if (!field.checkValidity()) {
       field.focus();
       throw new Error(`${form.querySelector(`label[for=${field.id}]`).textContent}: ${field.validationMessage}`);
     }
   }
+  scene();
+  json("planner");
   return file;
+}
+
+// A field that holds a JSON object, or nothing.
+function json(name) {
+  const field = form.elements[name];
+  if (!field.value.trim()) return {};
+  try {
+    const value = JSON.parse(field.value);
+    if (value && typeof value === "object" && !Array.isArray(value)) return value;
+  } catch {
+    // said below
+  }
+  field.closest("details").open = true;
+  field.focus();
+  throw new Error(`${form.querySelector(`label[for=${field.id}]`).textContent}: this is no JSON object.`);
+}
+
+function scene() {
+  const asked = json("scene");
+  if (form.elements.table.checked && !asked.support_surfaces) asked.support_surfaces = [{ id: "table" }];
+  return Object.keys(asked).length ? asked : null;
+}
+
+// What is said of the object beside its file.
+function said() {
+  const { mass, density, fairing, viewpoint } = form.elements;
+  const fields = { mass: mass.value, density: density.value, viewpoint: viewpoint.value.replaceAll(" ", "") };
+  if (fairing.value) fields.fairing = String(Number(fairing.value) / 1000);
+  return Object.fromEntries(Object.entries(fields).filter(([, value]) => value));
 }
 
 function order(objectId) {
@@ -62,7 +95,8 @@ function order(objectId) {
     verified: Number(verified.value),
     protocol: protocol.value,
     verify_initial: initial.checked && Number(verified.value) > 0,
-    planner: { ...settings, friction: Number(friction.value) },
+    planner: { ...settings, ...json("planner"), friction: Number(friction.value) },
+    scene: scene(),
   };
 }
 
@@ -75,7 +109,7 @@ async function submit(event) {
     show(find("#progress"));
     find("#progress h2").focus();
     drawStages("upload");
-    const objectId = object ?? (await api.upload(file, form.elements.unit.value)).id;
+    const objectId = object ?? (await api.upload(file, form.elements.sample.value ? "m" : form.elements.unit.value, said())).id;
     drawStages("queued");
     current = await api.createJob(order(objectId));
     const ended = await api.follow(current.id, change);
@@ -132,16 +166,19 @@ async function startAgain() {
   object = job.object_id;
   settings = job.request.planner;
   show(find("#upload"), false);
-  show(find("#units"), false);
+  for (const id of ["#units", "#samples", "#about-object"]) show(find(id), false);
   find("#again").textContent = `Plans ${job.object_name} again; change what you like and compare.`;
   show(find("#again"));
   for (const name of ["hand", "starts", "seed", "verified", "protocol"]) form.elements[name].value = job.request[name];
   form.elements.verify_initial.checked = job.request.verify_initial;
   form.elements.friction.value = job.request.planner.friction ?? 0.6;
+  if (job.request.scene) form.elements.scene.value = JSON.stringify(job.request.scene, null, 2);
 }
 
 async function start() {
   watchDrop(find("#drop"), form.elements.file, "Choose a mesh file, or drop it here", "STL, OBJ, PLY, OFF, GLB; point clouds as PLY, PCD, NPZ");
+  form.elements.sample.append(...Object.entries(SAMPLES).map(([name, [title]]) => h("option", { value: name }, title)));
+  form.elements.sample.addEventListener("change", () => show(find("#units"), !form.elements.sample.value));
   form.addEventListener("submit", submit);
   find("#cancel").addEventListener("click", () => current && api.cancelJob(current.id).catch(report));
   try {
