@@ -20,6 +20,7 @@ SECTIONS = {
     "scene": "fingersplit_bench.scene:measure_scene",
     "generated_scenes": "fingersplit_bench.generated_scenes:generated_scenes_chapter",
     "depth": "fingersplit_bench.depth:depth_chapter",
+    "hands": "fingersplit_bench.hands:hands_chapter",
     "recordings": "fingersplit_bench.recordings:recordings_chapter",
 }
 """Name of each section and its function from ``Bench`` to ``Chapter``, in the order of the report."""

@@ -33,6 +33,16 @@ def draft(
 
 
 @app.command()
+def schema() -> None:
+    """Print the JSON Schema of descriptions, `hand.toml`, with units."""
+    import json
+
+    from fingersplit.hands.description import description_schema
+
+    typer.echo(json.dumps(description_schema(), indent=2))
+
+
+@app.command()
 def check(
     hand: Annotated[str, typer.Argument(help="Folder or zip of a hand, or the name of one that ships.")],
     json_file: Annotated[Path | None, typer.Option("--json", help="Write the report here as JSON, too.")] = None,

@@ -1,6 +1,7 @@
 """Descriptions that ship for models of others: the user has the model, we say what it cannot."""
 
 import importlib
+import importlib.util
 import os
 from pathlib import Path
 
@@ -54,13 +55,23 @@ def find_public_hand(name: str, folder: str | None) -> tuple[Path, Path]:
     below = os.environ.get(FOLDERS_VARIABLE)
     if below and (Path(below) / _PLACES[name]).is_dir():
         return description, Path(below) / _PLACES[name]
-    fetched = _fetched(name)
+    fetched = _menagerie(name) or _fetched(name)
     if fetched is not None:
         return description, fetched
     raise HandError(
         f"The description of {name!r} ships, its model does not: write {name}@FOLDER, or put {_PLACES[name]!r} "
-        f"below {FOLDERS_VARIABLE}, or install robot_descriptions."
+        f"below {FOLDERS_VARIABLE}, or install robot_descriptions or mujoco-menagerie."
     )
+
+
+def _menagerie(name: str) -> Path | None:
+    """Folder of the model in the package mujoco-menagerie where it is installed and has it."""
+    spec = importlib.util.find_spec("mujoco_menagerie")
+    for place in (spec.submodule_search_locations or ()) if spec else ():
+        found = next((path for path in sorted(Path(place).rglob(_PLACES[name])) if path.is_dir()), None)
+        if found is not None:
+            return found
+    return None
 
 
 def _fetched(name: str) -> Path | None:

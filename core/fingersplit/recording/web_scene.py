@@ -12,6 +12,9 @@ from numpy.typing import NDArray
 
 from fingersplit.grasp import HandPose
 from fingersplit.hands.hand import Hand
+from fingersplit.hands.model import Shape
+from fingersplit.hands.shapes import shape_mesh
+from fingersplit.hands.shapes_kernel import CONVEX
 from fingersplit.objects.model import ObjectModel
 from fingersplit.planning.search import Search
 from fingersplit.recording import colors
@@ -161,7 +164,12 @@ def _hand(hand: Hand) -> dict[str, Any]:
             {"link": look.link, "rgb": look.rgb, **_mesh(look.vertices, look.faces)} for look in hand_looks(hand)
         ],
         "shapes": [
-            {"link": shape.link, "kind": int(shape.kind), "size": _short(shape.size), "pose": _pose(shape.pose)}
+            {
+                "link": shape.link,
+                "kind": int(shape.kind),
+                "pose": _pose(shape.pose),
+                **(_mesh(*_solid(shape)) if shape.kind == CONVEX else {"size": _short(shape.size)}),
+            }
             for shape in model.shapes
         ],
     }
@@ -197,6 +205,12 @@ def _surroundings(scene: PreparedScene) -> list[dict[str, Any]]:
             one |= _quantised(obstacle.points[chosen])
         around.append(one)
     return around
+
+
+def _solid(shape: Shape) -> tuple[Array, NDArray[np.int64]]:
+    """Corners and triangles of a shape."""
+    mesh = shape_mesh(shape.kind, shape.size)
+    return np.asarray(mesh.vertices, np.float64), np.asarray(mesh.faces, np.int64)
 
 
 def _mesh(vertices: Array, faces: NDArray[np.int64]) -> dict[str, Any]:

@@ -18,6 +18,7 @@ __all__ = [
     "jacobian_error",
     "kinematics_error",
     "opposition_volume",
+    "pad_errors",
     "pads_in_jaws",
     "reaches",
     "self_collisions",
@@ -77,6 +78,32 @@ def jacobian_error(hand: Hand, samples: Samples) -> float:
                 slope = (hand.pose(joints + turn).pads[f] - hand.pose(joints - turn).pads[f]) / (2 * STEP)
                 worst = max(worst, float(np.abs(pose.jacobians[f, :, column] - slope).max()))
     return worst
+
+
+def pad_errors(hand: Hand, samples: Samples) -> tuple[float, float]:
+    """Largest difference of active pads [m] and their Jacobians by drivers [m/rad] from MuJoCo's, over postures."""
+    compiled = hand.spec().compile()
+    data = mujoco.MjData(compiled)
+    places = [int(compiled.joint(name).qposadr[0]) for name in hand.joint_names]
+    speeds = [int(compiled.joint(name).dofadr[0]) for name in hand.joint_names]
+    bodies = [int(compiled.body(hand.model.links[pad.link].name).id) for pad in hand.pads]
+    records, jacobian = hand.arrays, np.zeros((3, compiled.nv))
+    position_error = jacobian_error = 0.0
+    for drivers in samples.drivers:
+        joints = _with_parked(hand, hand.model.joints_from_drivers(drivers))
+        data.qpos[places] = joints
+        mujoco.mj_kinematics(compiled, data)
+        mujoco.mj_comPos(compiled, data)
+        pose = hand.pose(joints)
+        for f, (pad, body) in enumerate(zip(hand.pads, bodies, strict=True)):
+            expected = data.xmat[body].reshape(3, 3) @ pad.center + data.xpos[body]
+            mujoco.mj_jac(compiled, data, jacobian, None, expected, body)
+            columns = records.driver_indices[f, : records.driver_counts[f]]
+            slopes = jacobian[:, speeds] @ records.coupling[: len(joints), columns]
+            position_error = max(position_error, float(np.abs(pose.pads[f] - expected).max()))
+            difference = pose.jacobians[f, :, : len(columns)] - slopes
+            jacobian_error = max(jacobian_error, float(np.abs(difference).max()))
+    return position_error, jacobian_error
 
 
 def reaches(hand: Hand, samples: Samples) -> list[dict[str, Any]]:

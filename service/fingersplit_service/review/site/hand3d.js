@@ -57,7 +57,7 @@ export class Hand3d {
     if (wanted && !this.shapes.length) {
       const material = new THREE.MeshPhongMaterial({ color: 0xe8963c, shininess: 20, transparent: true, opacity: 0.85 });
       this.shapes = this.document.shapes.map((shape) => {
-        const mesh = new THREE.Mesh(primitiveGeometry(THREE, shape.kind, shape.size), material);
+        const mesh = new THREE.Mesh(shape.size ? primitiveGeometry(THREE, shape.kind, shape.size) : meshGeometry(THREE, shape), material);
         place(mesh, pose(THREE, shape.pose));
         this.links[shape.link].add(mesh);
         return mesh;
