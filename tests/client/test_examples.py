@@ -8,8 +8,11 @@ import subprocess
 import sys
 from pathlib import Path
 
+import h5py
+import numpy as np
 import pytest
 
+from fingersplit.objects.parametric import PARAMETRIC_OBJECTS
 from fingersplit_client import Client
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -65,3 +68,53 @@ def test_a_folder_is_planned_once(service: str, tmp_path: Path) -> None:
     assert first[1].startswith("mug.ply  <PlanResult")
     assert again[1].startswith("mug.ply (there already) <PlanResult")
     assert len(list((tmp_path / "results").glob("mug-*.json"))) == 1
+
+
+def test_hand_over_files_are_written(service: str, tmp_path: Path) -> None:
+    shown = run(service, "hand_over.py", MUG, tmp_path / "out")
+    assert shown[0].startswith("<PlanResult barrett on mug")
+    grasps = json.loads((tmp_path / "out" / "grasps.json").read_text())["grasps"]
+    goals = json.loads((tmp_path / "out" / "curobo.json").read_text())
+    assert len(grasps) == len(goals["grasp_poses"]["position"]) > 0
+    assert all(grasp["pre_grasp_approach"]["desired_distance"] > 0 for grasp in grasps)
+
+
+def acronym(path: Path) -> None:
+    """A Panda that comes down on a box and closes across its 5 cm, as ACRONYM writes it."""
+    with h5py.File(path, "w") as file:
+        pose = np.diag([1.0, -1.0, -1.0, 1.0])  # x closes, z comes down
+        pose[2, 3] = 0.06 + 0.09
+        file["grasps/transforms"] = np.array([pose, pose])
+        file["grasps/qualities/flex/object_in_gripper"] = np.array([1, 0])
+        file["gripper/type"] = "panda"
+        file["object/scale"] = 1.0
+
+
+def dexnet(path: Path) -> None:
+    """The same as a Dex-Net database: centre, axis, widths."""
+    with h5py.File(path, "w") as file:
+        grasp = file.create_group("datasets/mini/objects/box/grasps/grasp_0")
+        grasp.attrs["id"], grasp.attrs["type"], grasp.attrs["frame"] = 0, "ParallelJawPtGrasp3D", "object"
+        grasp.attrs["configuration"] = [0, 0, 0.02, 1, 0, 0, 0.08, 0, 0.01, 0.0]
+
+
+@pytest.mark.parametrize(("write", "said"), [(acronym, "ACRONYM"), (dexnet, "Dex-Net")])
+def test_grasps_of_data_sets_are_starts(write, said, service: str, tmp_path: Path) -> None:
+    PARAMETRIC_OBJECTS["box"]().trimesh.export(tmp_path / "box.ply")
+    write(tmp_path / "grasps.h5")
+    message, result = run(service, "other_starts.py", tmp_path / "box.ply", tmp_path / "grasps.h5")
+    assert said in message
+    assert result.startswith("<PlanResult barrett on box")
+
+
+def test_a_depth_image_becomes_a_grasp(service: str, tmp_path: Path) -> None:
+    """A camera that looks down on a box of 5 x 7 x 6 cm on a table."""
+    rows, columns = np.mgrid[:240, :320]
+    focal = 400.0
+    depth = np.full((240, 320), 0.5)
+    top = 0.5 - 0.06
+    inside = (abs((columns - 160) * top / focal) < 0.025) & (abs((rows - 120) * top / focal) < 0.035)
+    depth[inside] = top
+    np.savez(tmp_path / "view.npz", depth=depth, intrinsics=[focal, focal, 160, 120], mask=inside)
+    shown = run(service, "depth_to_grasp.py", tmp_path / "view.npz")
+    assert shown[0].startswith("<PlanResult barrett on")

@@ -11,7 +11,7 @@ from fingersplit.objects.parametric import cylinder
 from fingersplit_bench.service.cluster import measure_cluster
 from fingersplit_bench.service.delay import measure_delay
 from fingersplit_bench.service.faults import measure_cancel, survive_kills
-from fingersplit_bench.service.latency import measure_latency, measure_list
+from fingersplit_bench.service.latency import measure_latency, measure_list, measure_plan
 from fingersplit_bench.service.load import jobs_per_second_without_http, measure_load
 from fingersplit_bench.service.recording import measure_recording
 from fingersplit_bench.service.scaling import measure_scaling
@@ -20,7 +20,7 @@ from fingersplit_client import Client
 
 __all__ = ["SECTIONS", "main", "measure"]
 
-SECTIONS = ("start", "latency", "recording", "cancel", "delay", "load", "kills", "list", "cluster", "scaling")
+SECTIONS = ("start", "latency", "plan", "recording", "cancel", "delay", "load", "kills", "list", "cluster", "scaling")
 
 
 def main() -> None:
@@ -82,6 +82,8 @@ def measure(section: str, server: Server, arguments: argparse.Namespace) -> dict
         return measure_latency(server, mesh, arguments.repeats) | {
             "verified_" + name: x for name, x in verified.items()
         }
+    if section == "plan":
+        return measure_plan(server, mesh, arguments.mesh, arguments.repeats)
     if section == "recording":
         return measure_recording(server, mesh, arguments.repeats)
     if section == "cancel":
