@@ -12,6 +12,6 @@ POSE = (0.0, 0.0, 0.5, 0.0, 1.0, 0.0, 0.0)
 """world_from_camera: x, y, z [m] and w, x, y, z; the optical axis points down."""
 
 with Client() as client:
-    viewed = client.scenes.from_depth(sys.argv[1], camera_pose=POSE, support=True)
+    viewed = client.scenes.from_depth(sys.argv[1], camera_pose=POSE)
     result = client.plan(viewed.object, scene=viewed.scene, starts=48)
     print(result, result.best.tool_pose, sep="\n")

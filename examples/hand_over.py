@@ -14,7 +14,7 @@ folder.mkdir(parents=True, exist_ok=True)
 table = {"support_surfaces": [{"id": "table"}]}
 above = {"directions": [{"axis": [0, 0, -1], "max_angle": 0.6}]}
 with Client() as client:
-    result = client.plan(mesh, mass=0.3, scene=table, approach=above)
+    result = client.plan(mesh, mass=0.3, scene=table, approach=above, starts=32)
     (folder / "grasps.json").write_bytes(result.export("moveit"))
     (folder / "curobo.json").write_bytes(result.export("curobo"))
     print(result, result.best.tool_pose, sep="\n")

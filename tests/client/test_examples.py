@@ -70,6 +70,7 @@ def test_a_folder_is_planned_once(service: str, tmp_path: Path) -> None:
     assert len(list((tmp_path / "results").glob("mug-*.json"))) == 1
 
 
+@pytest.mark.campaign
 def test_hand_over_files_are_written(service: str, tmp_path: Path) -> None:
     shown = run(service, "hand_over.py", MUG, tmp_path / "out")
     assert shown[0].startswith("<PlanResult barrett on mug")
@@ -107,6 +108,7 @@ def test_grasps_of_data_sets_are_starts(write, said, service: str, tmp_path: Pat
     assert result.startswith("<PlanResult barrett on box")
 
 
+@pytest.mark.campaign
 def test_a_depth_image_becomes_a_grasp(service: str, tmp_path: Path) -> None:
     """A camera that looks down on a box of 5 x 7 x 6 cm on a table."""
     rows, columns = np.mgrid[:240, :320]
