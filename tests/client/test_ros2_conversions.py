@@ -8,7 +8,7 @@ from types import SimpleNamespace as Message
 import pytest
 
 from fingersplit.scene import Constraints
-from fingersplit_client import PlanResult
+from fingersplit_client import Client, PlanResult
 
 PATH = Path(__file__).parents[2] / "examples" / "ros2" / "conversions.py"
 spec = importlib.util.spec_from_file_location("conversions", PATH)
@@ -76,9 +76,10 @@ def test_a_scene_is_one_that_the_planner_reads() -> None:
         conversions.scene_of(target, [cone], [])
 
 
-def test_grasps_stand_in_the_frame_of_the_target(result: PlanResult) -> None:
+def test_grasps_stand_in_the_frame_of_the_target(service: str, result: PlanResult) -> None:
     target = collision_object("can", pose=pose(point(0.5, 0.2, 0.3), w=HALF, z=HALF))
-    fields = conversions.grasp_fields(result.export("moveit"), target)
+    with Client(service) as client:
+        fields = conversions.grasp_fields(client.jobs.export(str(result.job_id), "moveit"), target)
     exported = result.grasps[int(fields[0]["id"].removeprefix("grasp_")) - 1]
     placed = exported.in_frame(((0.5, 0.2, 0.3), (HALF, 0, 0, HALF)), "base")
     assert list(fields[0]["grasp_pose"]["pose"]["position"].values()) == pytest.approx(placed.pose.position)
