@@ -10,6 +10,7 @@ from fingersplit.parallel_grasps.closing_kernel import close_jaws
 from fingersplit.planning.planning import plan
 from fingersplit.recording.posing import points_in_collision, pose_links, reference_points
 from fingersplit.recording.shading import shade_hand
+from fingersplit.scene import Constraints, Scene, SupportSurface
 
 __all__ = ["compile_kernels", "kernels_are_compiled"]
 
@@ -20,9 +21,10 @@ def kernels_are_compiled() -> bool:
 
 
 def compile_kernels(hand: Hand) -> None:
-    """Plan two starts on a small object; takes about a minute with an empty cache, else seconds."""
+    """Plan two starts on a small object, alone and on a table; takes minutes with an empty cache, else seconds."""
     model = prepare_object(cylinder(), "warm-up")
-    plan(model, hand, source="both", starts=2, top_k=1)
+    for scene in (Scene(), Scene(support_surfaces=(SupportSurface(),))):  # numba compiles the search for each
+        plan(model, hand, source="both", starts=2, top_k=1, constraints=Constraints(scene=scene))
     none = np.zeros((0, 3))
     close_jaws(model.triangles, none, none, none, np.zeros(0), np.zeros((0, 2)), np.zeros((0, 2, 3)))
     state = hand.lower[None], np.eye(3)[None], np.zeros((1, 3))
