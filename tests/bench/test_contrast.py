@@ -7,7 +7,7 @@ from fingersplit_bench.contrast import TOP, WORLDS, contrast_table, measure_cont
 
 def verdict(grasp, protocol, friction):
     """Split grasps hold where friction is planned, all fall where it is not; the third lift hangs on the time step."""
-    if grasp == "split2" and protocol.name == "lift" and protocol.time_step < 0.002:
+    if grasp == "split2" and protocol.name == "lift" and protocol.time_step < 0.003:
         return False
     return grasp.startswith("split") and friction == 0.6
 

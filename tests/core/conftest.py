@@ -115,10 +115,15 @@ class MuJoCoHand:
         local = (in_palm - self.data.geom_xpos[geom]) @ self.data.geom_xmat[geom].reshape(3, 3)
         return signed_distance(self.model.geom_type[geom], self.model.geom_size[geom], local)
 
+    @property
+    def collision_shapes(self) -> list[str]:
+        """Names of the geoms that collide; the others are what the hand looks like."""
+        geoms = map(self.model.geom, range(self.model.ngeom))
+        return [geom.name for geom in geoms if geom.contype[0] or geom.conaffinity[0]]
+
     def depth(self, points: NDArray[np.float64]) -> float:
         """How deep the deepest of these points (n, 3) [m] lies inside any geom [m]; 0 when all are outside."""
-        names = (self.model.geom(g).name for g in range(self.model.ngeom))
-        return max(0.0, *(float(-self.geom_distance(name, points).min()) for name in names))
+        return max(0.0, *(float(-self.geom_distance(name, points).min()) for name in self.collision_shapes))
 
     def depth_of_triangles(self, triangles: NDArray[np.float64]) -> float:
         """How deep triangles (n, 3, 3) [m] reach into any geom [m], to a micrometre; 0 when all are outside.
@@ -128,8 +133,7 @@ class MuJoCoHand:
         centers = triangles.mean(axis=1)
         reach = np.linalg.norm(triangles - centers[:, None], axis=2).max(axis=1)
         deepest = 0.0
-        for g in range(self.model.ngeom):
-            name = self.model.geom(g).name
+        for name in self.collision_shapes:
             near = triangles[self.geom_distance(name, centers) - reach < -deepest]
             if len(near):
                 deepest = max(deepest, self._deepest(name, near))

@@ -365,7 +365,10 @@ async def test_clean_up_goes_on_after_an_error(start, tmp_path, monkeypatch):
         with api.tables() as database:
             jobs = JobStore(database)
             settings = ServiceSettings(keep_orphans_s=0.01)
-            retention, rounds = Retention(jobs, ObjectStore(database), api.storage, settings), []
+            retention, rounds = (
+                Retention(jobs, ObjectStore(database), HandStore(database), api.storage, settings),
+                [],
+            )
 
             async def fails_once(_now: float) -> None:
                 rounds.append(1)

@@ -99,6 +99,8 @@ async def ask(api, method: str, path: str, headers: dict[str, str]):
         return await api.http.post(filled, files={"file": ("c.off", api.cube(5))}, data={"unit": "cm"}, headers=headers)
     if method == "post" and path == "/v1/hands":
         return await api.http.post(filled, files={"file": ("hand.zip", EMPTY_ZIP)}, headers=headers)
+    if path == "/v1/scenes/from-depth":
+        return await api.http.post(filled, files={"file": ("view.npz", EMPTY_ZIP)}, headers=headers)
     if path.endswith("/import"):
         return await api.http.post(filled, files={"file": ("grasps.json", b"[]")}, headers=headers)
     return await api.http.request(method, filled, json=body_of(path, api.ids), headers=headers)

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import linprog
 
 from fingersplit.contacts.cones import facet_directions
 from fingersplit.contacts.grasp_matrix import grasp_matrix
@@ -117,6 +118,8 @@ def least_grip(problem: GripProblem) -> Grip:
     A[-2 * len(limits) :] *= unit
     b[: -2 * len(limits)] /= unit
     solution = maximum(-costs, A, b)
+    if solution is None:  # interior points stall on some programs with many parallel rows
+        solution = linprog(costs, A, b, bounds=(None, None), method="highs").x
     if solution is None:
         raise ArithmeticError("The linear program of a grip did not converge.")  # it has a solution by its form
     pulls, violation = unit * solution[:pairs], unit * max(float(solution[pairs + 1]), 0.0)

@@ -181,10 +181,11 @@ class JobService:
                     yield JobEvent(seen, past)
             if self._told_all(view, verification):
                 return
+            told = view.row.state
             async for change in subscription.changes(self._settings.keepalive_s):
                 if change is None:
                     yield None
-                elif _microseconds(change.time) > seen or change.state != view.row.state:
+                elif _microseconds(change.time) > seen or change.state != told:
                     seen = max(seen + 1, _microseconds(change.time))  # clocks of machines differ
                     if view.row.state != change.state or change.progress is None:  # else only the progress is new
                         found = await self._jobs.get(owner, job_id)
@@ -192,7 +193,8 @@ class JobService:
                             return
                         view = self._view(*found)
                     yield JobEvent(seen, _as_it_was(view, change.state, change.progress))
-                    if self._told_all(view, verification):
+                    told = change.state
+                    if told == view.row.state and self._told_all(view, verification):
                         return
 
     async def cancel_batch(self, owner: str, batch_id: str) -> list[tuple[str, JobState]]:

@@ -232,7 +232,7 @@ def test_formats_are_listed_from_the_registry(folder):
     listed = run("formats", cwd=folder)
     assert listed.returncode == 0
     for name, one in available_formats().items():
-        (row,) = [line for line in listed.stdout.splitlines() if line.split()[:1] == [name]]
+        row = next(line for line in listed.stdout.splitlines() if line.split()[:1] == [name])
         assert ("written" in row) == (one.write is not None)
 
 

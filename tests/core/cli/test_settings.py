@@ -74,7 +74,7 @@ def test_the_shell_completes_commands():
         "COMP_CWORD": "1",
     }
     done = subprocess.run([PROGRAM], env=environment, capture_output=True, text=True, timeout=120, check=False)
-    assert done.stdout.strip() == "dataset"
+    assert done.stdout.split() == ["dataset", "data"]
 
 
 def test_every_column_of_the_table_of_grasps_has_a_legend(prepared, barrett):

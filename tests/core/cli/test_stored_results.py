@@ -125,7 +125,8 @@ def test_record_shows_what_plan_recorded(folder, planned, case):
     assert finished.stdout.startswith(f"Wrote {case}.rrd: ")
     log = log_of(folder / f"{case}.rrd")
     assert log == log_of(folder / f"{case}-planned.rrd")
-    assert document["grasps"][0]["verification"]["explanation"] in log[-2]
+    verdict = document["grasps"][0]["verification"]["explanation"]
+    assert any(verdict in line for line in log[-2:])  # the initial grasp comes last where it was simulated, too
 
 
 @pytest.mark.parametrize("case", ["setting", "viewpoint"])

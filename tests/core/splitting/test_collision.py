@@ -83,9 +83,10 @@ def test_rough_penetration_is_that_of_spheres_inside_the_links(
     model = prepared(name)
     state = random_hand(np.random.default_rng(seed), 0.12)
     depths = []
-    for g in range(mujoco_barrett.model.ngeom):
+    for shape in mujoco_barrett.collision_shapes:
+        g = mujoco_barrett.model.geom(shape).id
         centers, _, insides = covering_spheres(mujoco_barrett.model.geom_type[g], mujoco_barrett.model.geom_size[g])
-        rotation, position = mujoco_barrett.geom(mujoco_barrett.model.geom(g).name)
+        rotation, position = mujoco_barrett.geom(shape)
         placed = centers @ rotation.T + position
         outside = np.where(model.mesh.trimesh.contains(placed), -1, 1)
         depths.append((insides - outside * exact_mesh(model.mesh).distance(placed)).max())
