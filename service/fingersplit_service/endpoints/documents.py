@@ -26,7 +26,7 @@ ID_PATTERN = r"^[A-Za-z0-9_-]+$"
 
 JobId = Annotated[str, Path(description="Id of a job.", max_length=64, pattern=ID_PATTERN)]
 ObjectId = Annotated[str, Path(description="Id of an object.", max_length=64, pattern=ID_PATTERN)]
-Rank = Annotated[int, Path(description="Rank of the grasp, from 1.", le=2_147_483_647)]
+Rank = Annotated[int, Path(description="Rank of the grasp, from 1.")]
 Limit = Annotated[int, Query(ge=1, le=1000, description="How many to return at most.")]
 Cursor = Annotated[
     str | None, Query(description="`next_cursor` of the page before.", pattern=r"^[0-9]{1,18}$", max_length=18)

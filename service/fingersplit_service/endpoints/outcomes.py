@@ -8,7 +8,7 @@ from fastapi.responses import StreamingResponse
 from fingersplit_client.schemas import GraspOutcome, OutcomeCreate, OutcomePage, OutcomeSummary
 from fingersplit_service.database.outcomes import OutcomeFilter
 from fingersplit_service.dependencies import Outcomes
-from fingersplit_service.endpoints.documents import ID_PATTERN, Cursor, JobId, Limit, Rank, next_cursor, place
+from fingersplit_service.endpoints.documents import ID_PATTERN, Cursor, JobId, Limit, next_cursor, place
 from fingersplit_service.problems import ProblemKind, problem_answers
 from fingersplit_service.security.access import Planner, Reader
 
@@ -18,6 +18,7 @@ PATH = "/v1/outcomes"
 _GRASP = "/v1/jobs/{job_id}/grasps/{rank}"
 router = APIRouter(tags=["outcomes"])
 
+Rank = Annotated[int, Path(description="Rank of the grasp, from 1.", le=2_147_483_647)]
 _Id = Annotated[str, Query(max_length=64)]
 
 
