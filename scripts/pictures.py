@@ -54,7 +54,7 @@ def main() -> None:
         for place, view in views
     ]
     points = np.vstack([layer.vertices for layers in (scenes[0], scenes[-1]) for layer in layers])
-    camera = Camera.framing(points, np.array([0.9, -0.6, 0.35]), np.array([0.0, 0.0, 1.0]), size=SIZE, margin=0.02)
+    camera = Camera.framing(points, np.array([-0.55, -0.85, 0.4]), np.array([0.0, 0.0, 1.0]), size=SIZE, margin=0.02)
     images = [_image(layers, camera) for layers in scenes]
     times = [FRAME_TIME] * len(images)
     times[0] = times[SPLITTING_FRAMES - 1] = times[-1] = PAUSE
