@@ -251,10 +251,13 @@ def test_an_agent_told_to_stop_ends_its_jobs_first(postgresql, tmp_path, ports):
         wait_until(lambda: len(list(tmp_path.glob("*.begun"))) == 1)
         agent.send_signal(signal.SIGTERM)
         wait_until(lambda: "refused" in _refusal(ports[0]))
+        later = http.post("/v1/jobs", json={"object_id": object_id, "hand": FINE}).json()["id"]
         (tmp_path / "go").touch()
         job = http.get(f"/v1/jobs/{running}", headers={"Prefer": f"wait={PATIENCE}"}).json()
         assert (job["state"], job["attempts"]) == ("succeeded", 1)
         agent.wait(PATIENCE)
+        job = http.get(f"/v1/jobs/{later}").json()  # claimed only where the sockets closed before the claiming ended
+        assert (job["state"], job["attempts"]) in {("queued", 0), ("succeeded", 1)}
 
 
 def _refusal(port: int) -> str:
