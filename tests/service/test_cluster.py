@@ -18,12 +18,13 @@ import httpx2
 import pytest
 from conftest import PATIENCE, cube_file, started_cluster
 from fake_workers import FINE, HANGS, HANGS_ONCE, WAITS
+from sqlalchemy.exc import DatabaseError
 from test_faults import SERVER, children, wait_until
 from test_store import OBJECT, JobStore, ObjectStore
 from test_waiting import events_of
 
 from fingersplit_service.database.cluster_queue import ClusterQueue
-from fingersplit_service.database.connection import Database, database_url
+from fingersplit_service.database.connection import Database, StorageUnavailable, database_url
 from fingersplit_service.database.rows import NewJob
 from fingersplit_service.jobs.outcome import JobResultRow
 
@@ -291,6 +292,36 @@ async def test_a_silent_agent_cannot_write_when_it_wakes(postgresql, tmp_path):
         lost = (await first.beat({mine.id: (mine.attempts, None, None)})).lost
         assert list(lost) == [mine.id]
         assert await second.succeed(again, FOUND)
+    finally:
+        database.close()
+
+
+@pytest.mark.anyio
+async def test_an_agent_that_stands_still_within_a_transaction_is_given_up(postgresql, tmp_path, monkeypatch):
+    """Its locks go with its session, which the database ends; nobody waits for them any longer than that."""
+    monkeypatch.setattr("fingersplit_service.database.connection._IDLE_IN_TRANSACTION", 1_500)
+    database = Database(database_url(postgresql(), tmp_path))
+    try:
+        await ObjectStore(database).add("me", OBJECT)
+        await JobStore(database).add("me", [NewJob("job", "cube", "barrett", 0, None, "{}", "")], longest_queue=10)
+        first, second = ClusterQueue(database, "first", 1), ClusterQueue(database, "second", 1)
+        await first.begin()
+        await second.begin()
+        mine = await first.claim()
+        with database.engine.begin() as connection:
+            connection.exec_driver_sql(f"UPDATE agents SET beat_at = beat_at - 100 WHERE id = '{first.agent}'")
+        standing = database.engine.connect()
+        standing.exec_driver_sql(f"UPDATE agents SET beat_at = beat_at WHERE id = '{first.agent}'")
+        rescued: list[str] = []
+        with anyio.fail_after(PATIENCE):
+            while not rescued:
+                with suppress(StorageUnavailable):
+                    rescued.extend((await second.rescue(60)).queued)
+        assert rescued == [mine.id]
+        with pytest.raises(DatabaseError):
+            standing.exec_driver_sql("SELECT 1")
+        standing.invalidate()
+        standing.close()
     finally:
         database.close()
 

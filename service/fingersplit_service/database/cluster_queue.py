@@ -23,6 +23,7 @@ _MAX_ABANDONED = 5  # a job under which machines fall silent is not run for ever
 _HEAD_EVERY = 16  # claims, of which one takes the oldest job whether its object is warm or not
 _WINDOW = 200  # jobs of an owner among which one with a warm object may be taken before older ones
 _RESCUE_LOCK = 0x66696E69  # of PostgreSQL, held by the one agent that rescues
+_RESCUE_WAITS = "1s"  # for rows that a machine holds which was stopped within a transaction; then it is tried again
 _UNKNOWN_FOR = 3.0  # how long a job may be this agent's in the table before the agent knows of it [s]
 _NOW = sa.cast(sa.func.extract("epoch", sa.func.clock_timestamp()), sa.Float(53))
 
@@ -198,7 +199,10 @@ class ClusterQueue(JobQueue):
     @transaction
     def rescue(self, connection: sa.Connection, silence_s: float) -> Rescue:
         """Take the jobs of agents that gave no sign of life for ``silence_s`` seconds; one agent does it at a time."""
-        lock = sa.select(sa.func.pg_try_advisory_xact_lock(_RESCUE_LOCK))  # of the transaction: poolers keep it, too
+        # The lock is one of the transaction: poolers keep it, too.
+        lock = sa.select(
+            sa.func.pg_try_advisory_xact_lock(_RESCUE_LOCK), sa.func.set_config("lock_timeout", _RESCUE_WAITS, True)
+        )
         if not connection.execute(lock).scalar():
             return Rescue()
         silent = sa.delete(agents).where(agents.c.beat_at < _NOW - silence_s, agents.c.id != self.agent)

@@ -39,6 +39,7 @@ _POSTGRESQL = {  # a machine that is gone answers nothing: it is given up after 
     "keepalives_count": 3,
     "tcp_user_timeout": 10_000,
 }
+_IDLE_IN_TRANSACTION = 5_000  # after which PostgreSQL ends a session that holds locks: its process was stopped [ms]
 _TRUSTED = 0.5  # how long a connection counts as good after it was used [s]
 _BUSY_TIMEOUT = 2_000  # how long to wait for another process's lock [ms]
 _SERVICE_LOCK = 0x66696E67  # of PostgreSQL, held by the one service that works on a database
@@ -86,6 +87,7 @@ class Database:
         else:
             self.engine = sa.create_engine(url, pool_size=2 * at_once, max_overflow=1, connect_args=_POSTGRESQL)
             _look_before_use(self.engine)
+            _let_go_of_locks(self.engine)
             self._reader = self.engine
         self._lock: sa.Connection | None = None
         try:
@@ -180,6 +182,19 @@ def _look_before_use(engine: sa.Engine) -> None:
 
     sa.event.listen(engine, "checkin", note)
     sa.event.listen(engine, "checkout", look)
+
+
+def _let_go_of_locks(engine: sa.Engine) -> None:
+    """Have the database end a transaction whose process stands still, so that nobody waits for its locks for ever.
+
+    It is set in the session and not when connecting, since poolers refuse settings that they do not know.
+    """
+
+    def configure(connection: Any, _record: Any) -> None:
+        connection.execute(f"SET idle_in_transaction_session_timeout = {_IDLE_IN_TRANSACTION}")
+        connection.commit()
+
+    sa.event.listen(engine, "connect", configure)
 
 
 class _SqliteFile:

@@ -3,6 +3,7 @@
 import asyncio
 import logging
 from collections.abc import Collection
+from contextlib import suppress
 from typing import NoReturn
 
 from fingersplit_service.database.cluster_queue import ClusterQueue
@@ -103,7 +104,8 @@ class Agent:
         self._follow_ups.wake()
         # When the database was away, nobody could give a sign of life: the others get the time to do so.
         if now - self._heard_since > self._silence_s:
-            await self._rescue()
+            with suppress(StorageUnavailable):  # a silent machine may hold rows for a moment; the next beat tries again
+                await self._rescue()
 
     async def _rescue(self) -> None:
         rescued = await self._queue.rescue(self._silence_s)
