@@ -172,7 +172,8 @@ element => {
 
 
 def test_a_run_is_deleted_with_its_page(visit, service, runs):
-    page = visit("/review/new")
+    # What the page still loads of the run when that is deleted is answered with 404 or 409, which the console notes.
+    page = visit("/review/new", tolerates="Failed to load resource")
     plan_a_mug(page)
     page.get_by_role("link", name="See the run").click(timeout=180_000)
     expect(page.get_by_role("heading", level=1)).to_have_text("mug")
