@@ -115,7 +115,7 @@ class _Protocol(HttpToolsProtocol):
 
 
 class _Server(uvicorn.Server):
-    """A server that, told to stop, answers for a while as not ready, and then ends all waits for jobs.
+    """A server that, told to stop, answers for a while as not ready, then begins no more jobs and waits for none.
 
     Told again, it stops at once.
     """
@@ -140,7 +140,7 @@ class _Server(uvicorn.Server):
         super().handle_exit(sig, frame)
         if runs:
             assert self._loop is not None
-            self._loop.call_soon_threadsafe(self._app.state.runtime.notifier.close)
+            self._loop.call_soon_threadsafe(self._app.state.runtime.wind_down)
 
 
 def serve_app(app: FastAPI, settings: ServiceSettings) -> None:

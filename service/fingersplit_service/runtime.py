@@ -71,6 +71,12 @@ class Runtime:
     storage: Storage
     notifier: Notifier
     usage: UsageService
+    runner: JobRunner
+
+    def wind_down(self) -> None:
+        """Begin no more jobs, and end all waits for jobs; what runs may end."""
+        self.runner.stop_claiming()
+        self.notifier.close()
 
 
 @asynccontextmanager
@@ -130,6 +136,7 @@ async def running(
             storage=storage,
             notifier=notifier,
             usage=usage,
+            runner=runner,
         )
 
 

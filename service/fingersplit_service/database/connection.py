@@ -39,7 +39,7 @@ _POSTGRESQL = {  # a machine that is gone answers nothing: it is given up after 
     "keepalives_count": 3,
     "tcp_user_timeout": 10_000,
 }
-_IDLE_IN_TRANSACTION = 5_000  # after which PostgreSQL ends a session that holds locks: its process was stopped [ms]
+_IDLE_IN_TRANSACTION = 3_000  # after which PostgreSQL ends a session that holds locks: its process was stopped [ms]
 _TRUSTED = 0.5  # how long a connection counts as good after it was used [s]
 _BUSY_TIMEOUT = 2_000  # how long to wait for another process's lock [ms]
 _SERVICE_LOCK = 0x66696E67  # of PostgreSQL, held by the one service that works on a database

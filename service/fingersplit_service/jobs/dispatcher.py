@@ -82,9 +82,13 @@ class Dispatcher:
         self.wake()
         self._runners = [asyncio.create_task(self._run_jobs()) for _ in range(self._settings.workers)]
 
+    def stop_claiming(self) -> None:
+        """Begin nothing new."""
+        self._stopping = True
+
     async def stop(self) -> None:
         """Begin nothing new; jobs that do not end in time go back to the queue for the next process."""
-        self._stopping = True
+        self.stop_claiming()
         try:
             await asyncio.wait_for(self._idle.wait(), self._settings.stop_grace_s)
         except TimeoutError:

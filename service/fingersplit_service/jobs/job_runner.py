@@ -17,6 +17,9 @@ class JobRunner(Protocol):
     def interrupt(self, job_id: str) -> None:
         """Free the core of a job that was cancelled."""
 
+    def stop_claiming(self) -> None:
+        """Begin nothing new."""
+
 
 class OtherMachines:
     """Jobs run on other machines, which hear of them through the notifier.
@@ -34,3 +37,6 @@ class OtherMachines:
 
     def interrupt(self, job_id: str) -> None:
         """Nothing more: that a job was cancelled was published, and whoever runs it ends it."""
+
+    def stop_claiming(self) -> None:
+        """Nothing: other machines go on."""
