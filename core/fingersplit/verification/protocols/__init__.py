@@ -1,11 +1,10 @@
 """The presets: every module of this folder that defines a ``Protocol`` is one."""
 
 from functools import cache
-from importlib import import_module
-from pkgutil import iter_modules
 from typing import Any
 
 from fingersplit.errors import SettingsError, suggestion
+from fingersplit.registry import find_classes_by_name
 from fingersplit.verification.protocol import Protocol
 
 __all__ = ["available_protocols", "load_protocol"]
@@ -14,12 +13,7 @@ __all__ = ["available_protocols", "load_protocol"]
 @cache
 def available_protocols() -> dict[str, Protocol]:
     """Every preset by name."""
-    found: dict[str, Protocol] = {}
-    for module in iter_modules(__path__):
-        for value in vars(import_module(f"{__name__}.{module.name}")).values():
-            if isinstance(value, type) and issubclass(value, Protocol) and value is not Protocol:
-                found[value.name] = value()
-    return dict(sorted(found.items()))
+    return {name: preset() for name, preset in find_classes_by_name(__name__, Protocol).items()}
 
 
 def load_protocol(name: str, values: dict[str, Any] | None = None) -> Protocol:
