@@ -54,6 +54,8 @@ def with_new_files(new_files, monkeypatch):
         registry.cache_clear()
     yield
     monkeypatch.undo()
+    for path in BLOCKS:
+        sys.modules.pop(path.removesuffix(".py").replace("/", "."), None)  # else the next file of this name is not read
     for registry in REGISTRIES:
         registry.cache_clear()
 

@@ -2,6 +2,7 @@
 
 import io
 import json
+import sys
 
 import numpy as np
 import pytest
@@ -47,6 +48,7 @@ def with_spread(tmp_path, monkeypatch):
     available_metrics.cache_clear()
     yield
     monkeypatch.undo()
+    sys.modules.pop(f"{metrics.__name__}.spread", None)  # else the next file of this name is not read
     available_metrics.cache_clear()
 
 
