@@ -15,7 +15,7 @@ export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
 help:
 	@echo "make demo      set up, start the service, plan grasps for a mug, print them and write a picture"
-	@echo "make test      set up, then lint, types and tests (under 10 minutes on 2 cores)"
+	@echo "make test      set up, then lint, types and tests (about 20 minutes on 2 cores)"
 	@echo "make test-all  the long campaigns: every object, hostile files, faults"
 	@echo "make serve     the service on http://127.0.0.1:8000 (interactive documentation at /docs)"
 	@echo "make bench     speed, quality and the paper's tables; report in build/bench"
@@ -85,6 +85,6 @@ $(VENV)/.viewer: $(VENV)/.run
 	@touch $@
 
 $(VENV)/.kernels: $(VENV)/.run
-	@echo "==> Compiling the planner's kernels (about a minute, once)"
+	@echo "==> Compiling the planner's kernels (one to four minutes, once)"
 	@$(BIN)/fingersplit warm
 	@touch $@
