@@ -103,8 +103,10 @@ async def test_a_job_whose_answer_never_came_is_found_by_its_key_and_cancelled()
 
 
 CALL = """
+import signal
 import sys
 from fingersplit_client import Client
+signal.signal(signal.SIGINT, signal.default_int_handler)  # the tests may run in the background, where it is ignored
 with Client(sys.argv[1]) as client:
     print("begins", flush=True)
     {call}
@@ -131,7 +133,10 @@ def test_ctrl_c_cancels_what_is_under_way(call: str, tmp_path: Any) -> None:
                 for _ in range(jobs):
                     assert service.waited_for.acquire(timeout=120)
             process.send_signal(signal.SIGINT)
-            _, told = process.communicate(timeout=120)
+            try:
+                _, told = process.communicate(timeout=120)
+            finally:
+                process.kill()
     assert b"KeyboardInterrupt" in told
     assert service.states == {f"job{number}": "cancelled" for number in range(jobs)}
 

@@ -99,7 +99,7 @@ def progress_bar() -> Iterator[Report]:
 
     console = Console(stderr=True)
     if console.is_terminal and not kernels_are_compiled():
-        console.print("Compiling the planner's kernels first (about a minute, once).")
+        console.print("Compiling the planner's kernels first (one to four minutes, once).")
     columns = (TextColumn("{task.description:>22}"), BarColumn(), TimeElapsedColumn())
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
         task = bar.add_task("", total=1.0)
