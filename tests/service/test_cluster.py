@@ -326,6 +326,22 @@ async def test_an_agent_that_stands_still_within_a_transaction_is_given_up(postg
         database.close()
 
 
+def test_a_long_transaction_outlives_those_that_stand_still(postgresql, tmp_path, monkeypatch):
+    monkeypatch.setattr("fingersplit_service.database.connection._IDLE_IN_TRANSACTION", 500)
+    database = Database(database_url(postgresql(), tmp_path))
+    try:
+        with database.long_transaction() as patient, database.engine.connect() as standing:
+            patient.exec_driver_sql("SELECT 1")
+            process = standing.exec_driver_sql("SELECT pg_backend_pid()").scalar()
+            with database.engine.connect().execution_options(isolation_level="AUTOCOMMIT") as control:
+                found = f"SELECT count(*) FROM pg_stat_activity WHERE pid = {process}"
+                wait_until(lambda: control.exec_driver_sql(found).scalar() == 0)
+            standing.invalidate()
+            assert patient.exec_driver_sql("SELECT 1").scalar() == 1
+    finally:
+        database.close()
+
+
 @pytest.mark.anyio
 async def test_a_claim_whose_answer_was_lost_waits_again(postgresql, tmp_path, monkeypatch):
     monkeypatch.setattr("fingersplit_service.database.cluster_queue._UNKNOWN_FOR", -1.0)

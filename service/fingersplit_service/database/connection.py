@@ -4,8 +4,9 @@ import asyncio
 import logging
 import os
 import time
-from collections.abc import Callable, Coroutine, Mapping
+from collections.abc import Callable, Coroutine, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from functools import wraps
 from pathlib import Path
 from typing import Any, Concatenate, ParamSpec, TypeVar
@@ -130,6 +131,14 @@ class Database:
                 "Another service works on this database; stop it, name another database, or share the work: set "
                 "FINGERSPLIT_STORAGE_URL for all of them."
             )
+
+    @contextmanager
+    def long_transaction(self) -> Iterator[sa.Connection]:
+        """A transaction that may stand still for as long as it likes, as while files are copied between statements."""
+        with self.engine.begin() as connection:
+            if self.is_postgresql:
+                connection.exec_driver_sql("SET LOCAL idle_in_transaction_session_timeout = 0")
+            yield connection
 
     @property
     def is_postgresql(self) -> bool:

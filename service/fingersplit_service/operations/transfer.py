@@ -56,7 +56,7 @@ def export_data(settings: ServiceSettings, target: Path) -> Transferred:
         _opened(settings) as (database, storage),
         TemporaryDirectory() as scratch,
         tarfile.open(target, "w") as archive,
-        database.engine.connect() as connection,
+        database.long_transaction() as connection,
     ):
         _add_text(archive, _MANIFEST, json.dumps({"schema": HEAD}), Path(scratch))
         for table in metadata.sorted_tables:
@@ -90,7 +90,7 @@ def import_data(settings: ServiceSettings, source: Path, local_to: str | None = 
             members = {member.name: member for member in archive.getmembers() if member.isfile()}
             _check(archive, members)
             files = sum(_restore(storage, archive, member) for member in members.values())
-            with database.engine.begin() as connection:
+            with database.long_transaction() as connection:
                 rows = sum(
                     _insert(connection, table, archive, members.get(f"{_TABLES}{table.name}.jsonl"), local_to)
                     for table in metadata.sorted_tables
