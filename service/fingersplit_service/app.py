@@ -5,7 +5,7 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from importlib.metadata import version
 
-from fastapi import FastAPI
+from fastapi import Depends, FastAPI
 from fastapi.middleware.cors import CORSMiddleware
 from fastapi.routing import APIRoute
 from fastapi_offline import FastAPIOffline
@@ -29,6 +29,7 @@ from fingersplit_service.endpoints import (
     usage,
     views,
 )
+from fingersplit_service.endpoints.forms import exact_query
 from fingersplit_service.jobs.worker_functions import WorkerFunctions
 from fingersplit_service.limits import MAX_HEADER_BYTES
 from fingersplit_service.openapi import DESCRIPTION, TAGS, describe
@@ -116,7 +117,7 @@ def create_app(settings: ServiceSettings | None = None, functions: WorkerFunctio
         generate_unique_id_function=_operation_id,
     )
     for resource in _RESOURCES:
-        app.include_router(resource.router)
+        app.include_router(resource.router, dependencies=[] if resource is health else [Depends(exact_query)])
     for router in (pages.root, pages.router, viewer.router):
         app.include_router(router)
     add_problem_handlers(app)

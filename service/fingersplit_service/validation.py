@@ -26,6 +26,8 @@ def describe_fault(fault: Mapping[str, Any], scope: MutableMapping[str, Any]) ->
         return f"The body is not JSON: {reason}{place}."
     if kind == "missing" and location == ("body",):
         return "A JSON body is needed, with Content-Type: application/json."
+    if kind == "missing" and location == ("body", "file"):
+        return "A file is needed: multipart/form-data, with curl -F file=@part.stl."
     if kind in ("model_attributes_type", "dict_type") and location == ("body",):
         return "The body must be a JSON object."
     if kind == "extra_forbidden":

@@ -38,6 +38,36 @@ async def test_a_repeated_form_field_is_refused(api, cube, twice):
     assert (problem.errors[0].field, "2 times" in problem.detail) == (f"/{twice}", True)
 
 
+@pytest.mark.parametrize("name", ["unit", "friction", "viewpoint", "scale"])
+async def test_an_empty_form_field_is_no_default(api, cube, name):
+    files = [("file", ("cube.off", cube)), (name, (None, ""))]
+    problem = refusal(await api.http.post("/v1/objects", files=files), 422, "invalid-request")
+    assert (problem.errors[0].field, "is empty" in problem.detail) == (f"/{name}", True)
+
+
+@pytest.mark.parametrize(
+    ("query", "field", "words"),
+    [
+        ("stat=failed", "stat", "Did you mean 'state'?"),
+        ("limit=1&limit=2", "limit", "came 2 times"),
+        ("pretty=1", "pretty", "known: "),
+    ],
+)
+async def test_query_parameters_are_exact_too(api, query, field, words):
+    for path in ("/v1/jobs", "/v1/jobs/no", "/v1/objects", "/v1/hands"):
+        if path == "/v1/jobs" or field == "pretty":
+            problem = refusal(await api.http.get(f"{path}?{query}"), 422, "invalid-request")
+            assert (problem.errors[0].field, words in problem.detail) == (field, True)
+    assert (await api.http.get("/v1/jobs?state=failed&state=running&limit=2")).status_code == 200
+    assert (await api.http.get("/healthz?probe=1")).status_code == 200
+
+
+async def test_a_missing_file_says_how_to_send_one(api):
+    for path in ("/v1/objects", "/v1/plan", f"/v1/objects/{await api.object_id()}/parallel-grasps/import"):
+        answer = await api.http.post(path, files=[("name", (None, "bolt"))])
+        assert "-F file=@" in refusal(answer, 422, "invalid-request").detail
+
+
 async def test_files_of_grasps_have_exact_forms_too(api):
     path = f"/v1/objects/{await api.object_id()}/parallel-grasps/import"
     response = await api.http.post(path, files={"file": ("g.json", b"[]")}, data={"formt": "dexnet"})
@@ -147,6 +177,19 @@ async def test_a_name_that_is_given_again_counts(api):
     named = await api.upload(mesh, "third.off", unit="cm", name="bolt")
     assert [one.json()["name"] for one in (first, silent, named)] == ["first", "first", "bolt"]
     assert (await api.http.get(first.headers["Location"])).json()["name"] == "bolt"
+
+
+async def test_the_report_is_that_of_the_file_just_sent(api):
+    """The same shape may come of several files: what was done to one is not said of another."""
+    tidy = api.cube(3.5)
+    spare = tidy.replace(b"8 ", b"9 ", 1).replace(b"\n3 ", b"\n9 9 9\n3 ", 1)  # a vertex that no face has
+    reports = []
+    for data, unused in ((spare, 1), (tidy, 0), (spare, 1)):
+        answer = await api.upload(data, "cube.off", unit="cm")
+        assert answer.json()["report"]["unused_vertices"] == unused
+        assert (await api.http.get(answer.headers["Location"])).json() == answer.json()
+        reports.append(answer.json()["id"])
+    assert len(set(reports)) == 1
 
 
 async def test_pages_of_other_origins_need_a_setting(api, start, tmp_path):

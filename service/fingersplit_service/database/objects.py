@@ -57,13 +57,17 @@ class ObjectStore(Store):
         return False
 
     @accepting
-    def rename(self, connection: sa.Connection, owner: str, object_id: str, name: str) -> None:
-        """Give an object another name; jobs keep the one that it had when they were accepted."""
-        document = connection.execute(sa.select(objects.c.document).where(_is(owner, object_id))).scalar()
+    def restate(self, connection: sa.Connection, owner: str, info: ObjectInfo, name: str) -> None:
+        """Keep what the latest file of an object is like, and a name if one was given.
+
+        Jobs keep the name that it had when they were accepted.
+        """
+        document = connection.execute(sa.select(objects.c.document).where(_is(owner, info.id))).scalar()
         if document is not None:
-            renamed = ObjectInfo.model_validate_json(document).model_copy(update={"name": name})
-            values = {"name": name, "document": renamed.model_dump_json()}
-            connection.execute(sa.update(objects).where(_is(owner, object_id)).values(values))
+            known = ObjectInfo.model_validate_json(document)
+            latest = info.model_copy(update={"name": name or known.name, "created_at": known.created_at})
+            values = {"name": latest.name, "document": latest.model_dump_json()}
+            connection.execute(sa.update(objects).where(_is(owner, info.id)).values(values))
 
     @reading
     def document(self, connection: sa.Connection, owner: str, object_id: str) -> str | None:

@@ -1,17 +1,20 @@
-"""Forms hold what they may hold, each field once: a misspelt unit must not become metres."""
+"""Forms and queries hold what they may hold, each field once: a misspelt unit must not become metres."""
 
 import difflib
+from collections.abc import Iterable, Iterator
 from email.errors import HeaderParseError
 from email.header import decode_header, make_header
 from pathlib import PurePosixPath
+from typing import Any, get_args, get_origin
 from urllib.parse import unquote
 
 from fastapi import Request
+from fastapi.dependencies.models import Dependant
 from starlette.datastructures import UploadFile
 
 from fingersplit_service.problems import ProblemError, ProblemKind
 
-__all__ = ["ExactForm", "file_name"]
+__all__ = ["ExactForm", "exact_query", "file_name"]
 
 
 class ExactForm:
@@ -38,21 +41,57 @@ class ExactForm:
                 "multipart/form-data, with curl -F file=@part.stl."
             )
             raise ProblemError(ProblemKind.MEDIA_TYPE, detail)
-        known = self._fields or _form_fields(request)
-        names = [name for name, _ in (await request.form()).multi_items()]
-        for name in names:
-            if name not in known:
-                near = difflib.get_close_matches(name, known, 1)
-                hint = f" Did you mean {near[0]!r}?" if near else ""
-                detail = f"Unknown field {name!r}; known: {', '.join(known)}.{hint}"
+        items = (await request.form()).multi_items()
+        _check_names("field", [name for name, _ in items], self._fields or _form_fields(request), self._repeated, "/")
+        for name, value in items:
+            if name == "file" and not isinstance(value, UploadFile):
+                detail = "The field 'file' is a text; send a file, with curl -F file=@part.stl."
+                raise ProblemError(ProblemKind.INVALID_REQUEST, detail, field="/file")
+            if value == "" and name not in _MAY_BE_EMPTY:  # a default instead would turn a lost unit into metres
+                detail = f"The field {name!r} is empty; give it a value or leave it out."
                 raise ProblemError(ProblemKind.INVALID_REQUEST, detail, field=f"/{name}")
-            if names.count(name) > 1 and name not in self._repeated:
-                detail = f"The field {name!r} came {names.count(name)} times; give it once."
-                raise ProblemError(ProblemKind.INVALID_REQUEST, detail, field=f"/{name}")
-        file = (await request.form()).get("file")
-        if file is not None and not isinstance(file, UploadFile):
-            detail = "The field 'file' is a text; send a file, with curl -F file=@part.stl."
-            raise ProblemError(ProblemKind.INVALID_REQUEST, detail, field="/file")
+
+
+_MAY_BE_EMPTY = ("name",)
+
+
+async def exact_query(request: Request) -> None:
+    """A dependency that refuses unknown and repeated query parameters.
+
+    Raises:
+        ProblemError: A parameter is unknown, or came twice.
+    """
+    names = [name for name, _ in request.query_params.multi_items()]
+    if not names:
+        return
+    known = {field.alias: field for field in _query_fields(request.scope["route"].dependant)}
+    lists = [alias for alias, field in known.items() if _takes_list(field.field_info.annotation)]
+    _check_names("query parameter", names, known, lists)
+
+
+def _check_names(what: str, names: list[str], known: Iterable[str], repeated: Iterable[str], prefix: str = "") -> None:
+    """Refuse names that are unknown, or that came twice without being among the ``repeated``."""
+    known = list(known)
+    for name in names:
+        if name not in known:
+            near = difflib.get_close_matches(name, known, 1)
+            hint = f" Did you mean {near[0]!r}?" if near else ""
+            detail = f"Unknown {what} {name!r}; known: {', '.join(known) or 'none'}.{hint}"
+            raise ProblemError(ProblemKind.INVALID_REQUEST, detail, field=f"{prefix}{name}")
+        if names.count(name) > 1 and name not in repeated:
+            detail = f"The {what} {name!r} came {names.count(name)} times; give it once."
+            raise ProblemError(ProblemKind.INVALID_REQUEST, detail, field=f"{prefix}{name}")
+
+
+def _takes_list(annotation: Any) -> bool:
+    return any(get_origin(each) is list for each in (annotation, *get_args(annotation)))
+
+
+def _query_fields(dependant: Dependant) -> Iterator[Any]:
+    """The query parameters of an endpoint and of what it depends on."""
+    yield from dependant.query_params
+    for each in dependant.dependencies:
+        yield from _query_fields(each)
 
 
 def _form_fields(request: Request) -> list[str]:

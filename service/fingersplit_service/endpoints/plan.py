@@ -154,7 +154,9 @@ async def _uploaded(request: Request, storage: Storage) -> AsyncIterator[tuple[P
         form = await request.form()
         file, fields = form.get("file"), {name: value for name, value in form.items() if name != "file"}
         if not isinstance(file, UploadFile):
-            raise ProblemError(ProblemKind.INVALID_REQUEST, "A file is needed.", field="/file")
+            raise ProblemError(
+                ProblemKind.INVALID_REQUEST, "A file is needed, with curl -F file=@part.stl.", field="/file"
+            )
         asked = _parsed(request, PlanCreate, str(fields.pop("job", "{}")), "job")
         _refuse_two_objects(asked.object_id or asked.mesh)
         viewpoint = viewpoint_of(str(fields.pop("viewpoint"))) if "viewpoint" in fields else None

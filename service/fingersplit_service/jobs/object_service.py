@@ -75,7 +75,8 @@ class ObjectService:
     async def add(self, owner: str, name: str, file_name: str, upload: Upload) -> tuple[ObjectInfo, bool]:
         """Check an uploaded file and keep what is in it; the object, and whether the owner had it not yet.
 
-        A name that is given counts also for an object that was there; without one it keeps the name that it has.
+        Of an object that was there, the report and the unit become those of this file, and so does a name that is
+        given; without one it keeps the name that it has.
 
         Args:
             owner: Whose it is.
@@ -99,8 +100,7 @@ class ObjectService:
             raise ResourceGone(f"The file of object {info.id} was removed by clean-up; upload it again.")
         await self._objects.note_upload(owner, _upload_key(await asyncio.to_thread(_description, upload)), info.id)
         if not fresh:
-            if name:
-                await self._objects.rename(owner, info.id, name)
+            await self._objects.restate(owner, info, name)
             return await self.get(owner, info.id), False
         deadline = self._settings.plan_deadline_s
         self._pool.run_idly(self._functions.decompose, self._storage, info.id, deadline_s=deadline)

@@ -196,6 +196,55 @@ def test_strips_are_read_as_the_triangles_they_stand_for(encoding):
     assert refusal.value.code == "unknown_faces"
 
 
+@pytest.mark.parametrize("file_type", ["obj", "off", "ply", "stl_ascii"])
+def test_lines_may_end_in_carriage_returns_alone(file_type):
+    data = (
+        PLATE.export(file_type="stl_ascii").encode()
+        if file_type == "stl_ascii"
+        else WRITERS[file_type](case.joined(PLATE))
+    )
+    for end in (b"\r", b"\r\n"):
+        _, report = read_mesh(data.replace(b"\n", end), file_type.removesuffix("_ascii"), MM)
+        assert (report.volume, report.vertices) == (pytest.approx(24e-6), 8)
+
+
+@pytest.mark.parametrize("encoding", ["utf-16", "utf-16-le", "utf-16-be", "utf-32"])
+@pytest.mark.parametrize("file_type", ["obj", "off", "ply", "stl_ascii"])
+def test_text_in_wide_characters_is_named(file_type, encoding):
+    data = (
+        PLATE.export(file_type="stl_ascii").encode()
+        if file_type == "stl_ascii"
+        else WRITERS[file_type](case.joined(PLATE))
+    )
+    with pytest.raises(ObjectFileError, match=encoding[:6].upper()) as refusal:
+        read_bytes(data.decode().encode(encoding), file_type.removesuffix("_ascii"), MM)
+    assert refusal.value.code == "wrong_encoding"
+
+
+OTHERS = {
+    "glb": (PLATE.export(file_type="glb"), "suffix .glb"),
+    "ply": (case.as_ply(case.joined(PLATE)), "suffix .ply"),
+    "off": (case.as_off(case.joined(PLATE)), "suffix .off"),
+    "obj": (case.as_obj(case.joined(PLATE)), "suffix .obj"),
+    "stl": (PLATE.export(file_type="stl_ascii").encode(), "suffix .stl"),
+    "json": (b'{"asset": {"version": "2.0"}}', "export the mesh"),
+    "step": (b"ISO-10303-21;\nHEADER;\n", "is STEP"),
+    "png": (b"\x89PNG\r\n\x1a\n" + bytes(200), "PNG"),
+    "xml": (b'<?xml version="1.0"?><Error/>', "XML"),
+}
+
+
+@pytest.mark.parametrize(
+    ("content", "suffix"),
+    [(c, s) for c in OTHERS for s in ("stl", "obj", "ply", "off", "glb", "pcd") if c != s],
+)
+def test_a_file_of_another_format_is_called_that(content, suffix):
+    data, words = OTHERS[content]
+    with pytest.raises(ObjectFileError, match=words) as refusal:
+        read_bytes(data, suffix, MM)
+    assert refusal.value.code == "other_format"
+
+
 TEXT = case.as_obj(case.joined(PLATE))
 STL_TEXT = PLATE.export(file_type="stl_ascii").encode()
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from fingersplit.errors import ObjectFileError
 from fingersplit.extras import extra
-from fingersplit.objects.intake.content import checked_content
+from fingersplit.objects.intake.content import checked_content, or_other_format
 from fingersplit.objects.intake.pcd import check_pcd
 from fingersplit.objects.intake.ply import has_faces, ply_vertices
 from fingersplit.objects.intake.refusals import MAX_FACES, check_count, malformed, truncated
@@ -53,8 +53,8 @@ def parse_cloud(data: bytes, file_type: str) -> RawCloud:
     try:
         with np.errstate(all="ignore"):  # numbers that are not finite are counted later
             cloud = CLOUD_FORMATS[file_type](checked_content(data, file_type))
-    except ObjectFileError:
-        raise
+    except ObjectFileError as refusal:
+        raise or_other_format(refusal, data, file_type) from refusal.__cause__
     except MemoryError as error:
         raise ObjectFileError("too_many_points", "The cloud does not fit in memory; thin it out first.") from error
     except zipfile.BadZipFile:

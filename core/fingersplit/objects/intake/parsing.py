@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingersplit.errors import ObjectFileError
-from fingersplit.objects.intake.content import checked_content
+from fingersplit.objects.intake.content import checked_content, or_other_format
 from fingersplit.objects.intake.glb import parse_glb
 from fingersplit.objects.intake.obj import parse_obj
 from fingersplit.objects.intake.off import parse_off
@@ -44,8 +44,8 @@ def parse(data: bytes, file_type: str) -> tuple[NDArray[np.float64], NDArray[np.
     try:
         with np.errstate(all="ignore"):  # numbers that are not finite are named later
             vertices, polygons = MESH_FORMATS[file_type](checked_content(data, file_type))
-    except ObjectFileError:
-        raise
+    except ObjectFileError as refusal:
+        raise or_other_format(refusal, data, file_type) from refusal.__cause__
     except MemoryError as error:
         raise ObjectFileError("too_many_faces", "The mesh does not fit in memory; simplify it first.") from error
     except Exception as error:
