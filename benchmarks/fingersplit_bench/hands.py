@@ -19,7 +19,7 @@ from fingersplit.verification.protocols import load_protocol
 from fingersplit_bench.calls import SEED
 from fingersplit_bench.suite import Bench, Chapter, table
 
-__all__ = ["HandRow", "hands_chapter", "measure_hand"]
+__all__ = ["HandRow", "hands_chapter", "hands_there", "measure_hand"]
 
 POSTURES = 10_000
 HANDS_VARIABLE = "FINGERSPLIT_BENCH_HANDS"
@@ -55,17 +55,8 @@ class HandRow:
 
 def hands_chapter(bench: Bench) -> Chapter:
     """Measure every hand that ships, and those with a description whose model is there."""
-    asked = os.environ.get(HANDS_VARIABLE)
-    names = asked.split(",") if asked else [*available_hands(), *described_hands()]
-    names.sort(key=lambda name: name != bench.hand.name)  # the others are compared with it
-    rows, missing = [], []
-    for name in names:
-        try:
-            hand = load_hand(name)
-        except FingersplitError as error:
-            missing.append(f"{name}: {error}")
-            continue
-        rows.append(measure_hand(bench, hand))
+    hands, missing = hands_there(bench.hand.name)
+    rows = [measure_hand(bench, hand) for hand in hands]
     text = "\n\n".join(
         [
             f"CPU time of whole plans of {bench.starts} starts on one thread. First verified: objects of which one "
@@ -94,6 +85,20 @@ _HEADINGS = [
     "top-1",
     "longest [s]",
 ]
+
+
+def hands_there(first: str) -> tuple[list[Hand], list[str]]:
+    """Every hand whose model is there, the ``first`` one in front, and why others are not."""
+    asked = os.environ.get(HANDS_VARIABLE)
+    names = asked.split(",") if asked else [*available_hands(), *described_hands()]
+    names.sort(key=lambda name: name != first)  # the others are compared with it
+    hands, missing = list[Hand](), list[str]()
+    for name in names:
+        try:
+            hands.append(load_hand(name))
+        except FingersplitError as error:
+            missing.append(f"{name}: {error}")
+    return hands, missing
 
 
 def measure_hand(bench: Bench, hand: Hand) -> HandRow:

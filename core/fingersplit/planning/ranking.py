@@ -31,6 +31,8 @@ __all__ = ["RankedGrasp", "describe_outcome", "rank_runs"]
 
 SAME_POSITION, SAME_ROTATION = 5e-3, 0.1
 """Palms nearer than this are one grasp, of which the better stays [m], [rad]."""
+BESIDE = 0.9
+"""Distance of two pads on one side of a hand, in largest extents of an object, from which on they reach beside it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -257,4 +259,21 @@ def describe_outcome(
         )
     ends = Counter(run.termination for run in runs)
     reasons = ", ".join(f"{count} {end.label.replace('_', ' ')}" for end, count in ends.most_common())
-    return f"None of {len(runs)} starts ended in a feasible grasp: {reasons}. {ends.most_common(1)[0][0].advice}"
+    advice = _too_small(runs, hand, model) or ends.most_common(1)[0][0].advice
+    return f"None of {len(runs)} starts ended in a feasible grasp: {reasons}. {advice}"
+
+
+def _too_small(runs: Sequence[Run], hand: Hand, model: ObjectModel) -> str:
+    """A sentence for an object that pads on one side of the hand are too far apart for; empty for others."""
+    sides = hand.gripper.groups
+    pairs = [(i, j) for i in range(len(sides)) for j in range(i) if sides[i] == sides[j]]
+    if not pairs:
+        return ""
+    nearest = min(float(np.linalg.norm(run.last.pads[i] - run.last.pads[j])) for run in runs for i, j in pairs)
+    size = float(model.mesh.extents.max())
+    if nearest < BESIDE * size:
+        return ""
+    return (
+        f"The object is {1e3 * size:.2g} mm in its largest extent, and pads on one side of this hand stayed "
+        f"{1e3 * nearest:.2g} mm apart in every start: it is too small for this hand."
+    )
