@@ -40,8 +40,14 @@ async def test_an_image_becomes_an_object_and_a_scene(api, archive):
     assert viewed.scene["support_surfaces"][0]["normal"][2] == pytest.approx(1.0, abs=1e-3)
     assert viewed.support_points > 1000
     assert (await api.http.get(f"/v1/objects/{viewed.object.id}")).status_code == 200
+    assert viewed.object.report.support
     queued = await api.http.post("/v1/jobs", json={"object_id": viewed.object.id, "scene": viewed.scene})
     assert queued.status_code in (200, 201, 202), queued.text
+
+    refused = await api.http.post("/v1/scenes/from-depth", files=files, data={"support": "true", "complete": "false"})
+    plain = ViewedScene.model_validate_json(refused.content)
+    assert not plain.object.report.support
+    assert plain.object.id != viewed.object.id
 
 
 @pytest.mark.parametrize(

@@ -36,6 +36,9 @@ def from_depth(
     frame: Annotated[str, typer.Option(help="Frame of the scene and its answers: world or camera.")] = "world",
     support: Annotated[bool, typer.Option("--support", help="Find the plane that the object stands on.")] = False,
     clearance: Annotated[float, typer.Option(help="Of the hand from obstacles and support [m].")] = 0.002,
+    complete: Annotated[
+        bool, typer.Option(help="Assume the unseen side where the support is known; contacts may lie on it.")
+    ] = True,
 ) -> None:
     """Cut a depth image into the object's cloud and the scene around it; plan with `plan TARGET --scene SCENE`."""
     import numpy as np
@@ -53,9 +56,9 @@ def from_depth(
         depth_scale=depth_scale,
         world_from_camera=None if pose is None else Pose.from_numbers(pose).matrix,
     )
-    found = scene_from_view(view, frame=frame, support=support, clearance=clearance)
+    found = scene_from_view(view, frame=frame, support=support, clearance=clearance, complete=complete)
     with target.open("wb") as written:
-        np.savez(written, points=found.target.points, viewpoint=np.zeros(3))
+        np.savez(written, **found.target.to_arrays())
     scene.write_text(json.dumps({"scene": found.scene.to_document()}))
     for line in found.warnings:
         typer.echo(line)

@@ -44,6 +44,7 @@ class ObjectModel:
         patches: The same by sample, for exact depths; of a cloud, the seen side only.
         mass_properties: Mass, volume, centre of mass and inertia.
         seen: Share of the closed surface's area that is known, 1 for a mesh.
+        assumed: Share of the surface for contacts that was not seen but assumed, 0 for a mesh.
     """
 
     name: str
@@ -60,6 +61,7 @@ class ObjectModel:
     patches: Patches
     mass_properties: MassProperties
     seen: float
+    assumed: float = 0.0
 
     @property
     def id(self) -> str:
@@ -103,6 +105,7 @@ class ObjectModel:
             "samples": len(self.surface.normals),
             "sample_spacing": self.surface.spacing,
             "seen": self.seen,
+            "assumed": self.assumed,
         }
 
     def to_arrays(self) -> dict[str, NDArray[Any]]:
@@ -110,7 +113,11 @@ class ObjectModel:
         arrays = dict[str, NDArray[Any]]()
         for part in _COMPUTED:
             arrays.update(packed(getattr(self, part), part + "/"))
-        return arrays | {"seen": np.array(self.seen), "shape_hash": np.array(self.shape_hash)}
+        return arrays | {
+            "seen": np.array(self.seen),
+            "assumed": np.array(self.assumed),
+            "shape_hash": np.array(self.shape_hash),
+        }
 
     @classmethod
     def from_arrays(
@@ -123,8 +130,8 @@ class ObjectModel:
     ) -> "ObjectModel":
         """The model that `to_arrays` took apart, on the same arrays."""
         parts = {part: unpacked(kind, arrays, part + "/") for part, kind in _COMPUTED.items()}
-        seen, shape_hash = arrays["seen"].item(), arrays["shape_hash"].item()
-        return cls(name=name, shape_hash=shape_hash, options=options, source=source, report=report, seen=seen, **parts)
+        numbers = {name: arrays[name].item() for name in ("shape_hash", "seen", "assumed")}
+        return cls(name=name, options=options, source=source, report=report, **numbers, **parts)
 
 
 def object_id(shape_hash: str, options: ObjectOptions) -> str:

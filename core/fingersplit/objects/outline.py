@@ -17,8 +17,12 @@ class Outline(NamedTuple):
         closed: All of the surface.
         seen: The part of it that carries contacts; the same mesh where all of it is known.
         viewpoint: Where the camera stood that saw the part, (3,) [m]; None where nothing hides behind it.
+        detail: What the shape resolves [m]; samples need not stand closer. 0 for a mesh.
+        assumed: Share of the surface that carries contacts without having been seen.
     """
 
     closed: Mesh
     seen: Mesh
     viewpoint: NDArray[np.float64] | None
+    detail: float = 0.0
+    assumed: float = 0.0

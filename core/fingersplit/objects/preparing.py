@@ -39,7 +39,8 @@ def prepare_object(
     """Prepare a mesh or a point cloud for planning; the same shape and options always give the same model.
 
     Of a cloud, the surface through the points carries the contacts. What closes it where nothing was seen, and in a
-    cloud from one view the space behind it, counts as object in collision tests and carries none.
+    cloud from one view the space behind it, counts as object in collision tests and carries none. Where a cloud says
+    what it stands on, the other side is assumed instead, and carries contacts like the seen one.
 
     Args:
         shape: From intake, parametric, or arrays in metres.
@@ -53,8 +54,8 @@ def prepare_object(
     """
     options = options or ObjectOptions()
     outline = close_cloud(shape, options.fairing) if isinstance(shape, PointCloud) else _outline(shape, options)
-    surface = sample_surface(outline.seen)
-    whole = surface if outline.seen is outline.closed else sample_surface(outline.closed)
+    surface = sample_surface(outline.seen, outline.detail)
+    whole = surface if outline.seen is outline.closed else sample_surface(outline.closed, outline.detail)
     supervoxels = cluster_supervoxels(surface, COLLISION_POINTS)
     distance = build_distance_grid(outline.closed, whole, None if surface is whole else surface)
     collision, distance = _obstacles(outline, whole, supervoxels, distance)
@@ -72,7 +73,8 @@ def prepare_object(
         triangles=bin_triangles(outline.closed),
         patches=build_patches(outline.seen, surface),
         mass_properties=frozen(mass_properties(outline.closed, options)),
-        seen=1.0 if outline.seen is outline.closed else outline.seen.area / outline.closed.area,
+        seen=1.0 - outline.assumed if outline.seen is outline.closed else outline.seen.area / outline.closed.area,
+        assumed=outline.assumed,
     )
 
 

@@ -52,9 +52,14 @@ class Surface(NamedTuple):
     spacing: float
 
 
-def sample_surface(mesh: Mesh) -> Surface:
-    """Cover a mesh evenly with about ``TARGET_SAMPLES`` samples; the same mesh always gives the same samples."""
-    spacing = max(math.sqrt(PACKING * mesh.area / TARGET_SAMPLES), MIN_SPACING)
+def sample_surface(mesh: Mesh, detail: float = 0.0) -> Surface:
+    """Cover a mesh evenly with about ``TARGET_SAMPLES`` samples; the same mesh always gives the same samples.
+
+    Args:
+        mesh: The triangles.
+        detail: Samples need not stand closer than this [m].
+    """
+    spacing = max(math.sqrt(PACKING * mesh.area / TARGET_SAMPLES), MIN_SPACING, detail)
     count = int(CANDIDATES_PER_SAMPLE * PACKING * mesh.area / spacing**2)
     candidates, faces = scatter(mesh, count, np.random.default_rng(0))
     kept = thin_evenly(candidates, spacing)

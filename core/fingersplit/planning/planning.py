@@ -155,6 +155,7 @@ def _object(model: ObjectModel) -> PlannedObject:
         samples=len(model.surface.normals),
         sample_spacing=model.surface.spacing,
         seen=model.seen,
+        assumed=model.assumed,
     )
 
 

@@ -52,6 +52,9 @@ class PlannedObject:
     samples: int = described("Number of surface samples")
     sample_spacing: float = described("Least distance between two samples", "m")
     seen: float = described("Share of the closed surface that is known: 1 for a mesh, less for a point cloud")
+    assumed: float = described(
+        "Share of the surface for contacts that was not seen but assumed: 0 for a mesh", default=0.0
+    )
 
 
 @dataclass(frozen=True)

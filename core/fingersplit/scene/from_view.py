@@ -52,7 +52,13 @@ class ViewedScene:
 
 
 def scene_from_view(
-    view: View, *, frame: str = "world", support: bool = False, clearance: float = 0.002, reach: float = 0.5
+    view: View,
+    *,
+    frame: str = "world",
+    support: bool = False,
+    clearance: float = 0.002,
+    reach: float = 0.5,
+    complete: bool = True,
 ) -> ViewedScene:
     """Cut a view into the object to grasp and its surroundings.
 
@@ -63,6 +69,7 @@ def scene_from_view(
         support: Whether the object stands on a plane that is to be found (RANSAC, [Fischler1981]).
         clearance: Of the hand from obstacles and support [m].
         reach: Obstacles are kept this far from the target's middle [m].
+        complete: Whether the target's other side is assumed where the support is known, so that contacts may lie on it.
 
     Raises:
         SceneError: Too few pixels of the object, an unknown frame, no pose for the world, or no support surface.
@@ -104,7 +111,10 @@ def scene_from_view(
         else (),
         clearance=clearance,
     )
-    return ViewedScene(PointCloud(target, viewpoint=np.zeros(3)), scene, found, len(kept), tuple(warnings))
+    known = None if plane is None or not complete else np.append(plane.normal, plane.offset)
+    return ViewedScene(
+        PointCloud(target, viewpoint=np.zeros(3), support=known), scene, found, len(kept), tuple(warnings)
+    )
 
 
 def _thinned(points: NDArray[np.float64]) -> NDArray[np.float64]:

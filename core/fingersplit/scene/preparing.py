@@ -195,7 +195,7 @@ class _Gatherer:
             self._add_model(obstacle, number, pose, obstacle.model)
 
     def _add_model(self, obstacle: Obstacle, number: int, pose: NDArray[np.float64], model: ObjectModel) -> None:
-        points = model.surface.grid.points if model.seen == 1.0 else model.collision.points
+        points = model.surface.grid.points if model.seen + model.assumed >= 1.0 - 1e-9 else model.collision.points
         if self._add_points(number, transform_points(pose, points), obstacle.point_radius):
             clearance = self._clearance + obstacle.point_radius
             self.meshes.append(ObstacleMesh(number, np.asarray(np.linalg.inv(pose)), model, clearance))

@@ -59,6 +59,13 @@ async def scene_from_depth(
     ] = "world",
     support: Annotated[bool, Form(description="Whether to find the plane that the object stands on.")] = False,
     clearance: Annotated[float, Form(description="Of the hand from obstacles and support [m].", ge=0, le=0.05)] = 0.002,
+    complete: Annotated[
+        bool,
+        Form(
+            description="Whether the unseen side of the target is assumed where its support is known, and may carry "
+            "contacts."
+        ),
+    ] = True,
     name: Annotated[str, Form(description="Name of the object for people.", max_length=200, pattern=PRINTABLE)] = "",
 ) -> ViewedScene:
     """The target becomes an object whose frame is the camera's; `scene` goes into jobs for it as it is.
@@ -76,6 +83,7 @@ async def scene_from_depth(
             frame=frame,
             support=support,
             clearance=clearance,
+            complete=complete,
             options=described.model_dump(),
         )
         return await objects.add_view(principal.owner, name or stem(file), view)

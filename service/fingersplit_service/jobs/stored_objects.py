@@ -46,7 +46,7 @@ def keep_object(
     model = prepare_cached(_cache(storage), object_id, lambda: shape, object_id, options, source, report)
     path = storage.shape(object_id)
     if not storage.exists(path):
-        names = ("vertices", "faces") if isinstance(shape, Mesh) else ("points", "normals", "viewpoint")
+        names = ("vertices", "faces") if isinstance(shape, Mesh) else ("points", "normals", "viewpoint", "support")
         arrays = {name: getattr(shape, name) for name in names if getattr(shape, name) is not None}
         with storage.atomic(path) as staged:
             for said, part in (("options", options), ("source", source), ("report", report)):
@@ -109,7 +109,7 @@ def _shape(storage: Storage, object_id: str) -> "Mesh | PointCloud":
 
     with np.load(storage.local(storage.shape(object_id)), allow_pickle=False) as stored:
         if "points" in stored:
-            return PointCloud(stored["points"], stored.get("normals"), stored.get("viewpoint"))
+            return PointCloud(*(stored.get(name) for name in ("points", "normals", "viewpoint", "support")))
         return Mesh(stored["vertices"], stored["faces"])
 
 

@@ -86,6 +86,7 @@ class ViewUpload:
         frame: Frame of the scene, ``world`` or ``camera``.
         support: Whether the support surface is to be found.
         clearance: Of the hand from obstacles and support [m].
+        complete: Whether the target's unseen side is assumed where the support is known.
         options: ``ObjectOptions`` document of the target.
     """
 
@@ -97,6 +98,7 @@ class ViewUpload:
     frame: str
     support: bool
     clearance: float
+    complete: bool
     options: dict[str, Any]
 
 
@@ -208,10 +210,12 @@ def cut_view(storage: Storage, view: ViewUpload) -> tuple[dict[str, Any], dict[s
         depth_scale=view.depth_scale,
         world_from_camera=None if pose is None else Pose.from_numbers(pose).matrix,
     )
-    found = scene_from_view(seen, frame=view.frame, support=view.support, clearance=view.clearance)
+    found = scene_from_view(
+        seen, frame=view.frame, support=view.support, clearance=view.clearance, complete=view.complete
+    )
     target = storage.staged(".npz")
     try:
-        np.savez(target, points=found.target.points, viewpoint=np.zeros(3))
+        np.savez(target, **found.target.to_arrays())
         described = inspect_object(storage, Upload(target, "m", view.options))
     finally:
         target.unlink(missing_ok=True)

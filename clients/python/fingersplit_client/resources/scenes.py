@@ -32,6 +32,7 @@ class Scenes(Resource[Mode], Generic[Mode]):
         frame: Literal["world", "camera"] = "world",
         support: bool = False,
         clearance: float = 0.002,
+        complete: bool = True,
         name: str | None = None,
         mass: float | None = None,
         friction: float | None = None,
@@ -50,6 +51,7 @@ class Scenes(Resource[Mode], Generic[Mode]):
             frame: Frame of the scene and of its answers.
             support: Whether to find the plane that the object stands on.
             clearance: Of the hand from obstacles and support [m].
+            complete: Whether the target's unseen side is assumed where its support is known, and may carry contacts.
             name: Of the object, for people.
             mass: Of the object [kg].
             friction: Of its surface.
@@ -71,6 +73,7 @@ class Scenes(Resource[Mode], Generic[Mode]):
             frame=frame,
             support="true" if support else "false",
             clearance=clearance,
+            complete="true" if complete else "false",
             name=name,
             mass=mass,
             friction=friction,

@@ -67,6 +67,10 @@ class CloudReport(Document):
     spacing: float = Field(description="Typical distance of a point from the nearest other [m].")
     normals_turned: bool = Field(default=False, description="Whether normals pointed inwards and were turned over.")
     plane_share: float = Field(default=0.0, description="Share of the points in a plane, if that is most of a scene.")
+    support: bool = Field(
+        default=False,
+        description="Whether it is known what the object stands on, so that what one view did not see is assumed.",
+    )
     remarks: list[str] = Field(default=[], description="What may not be expected, in sentences.")
 
 

@@ -347,6 +347,9 @@ class PlannedObject(Document):
     samples: int = Field(description="Number of surface samples.")
     sample_spacing: float = Field(description="Least distance between two samples [m].")
     seen: float = Field(description="Share of the closed surface that is known: 1 for a mesh, less for a point cloud.")
+    assumed: float = Field(
+        default=0.0, description="Share of the surface for contacts that was not seen but assumed: 0 for a mesh."
+    )
 
 
 class Provenance(Document):

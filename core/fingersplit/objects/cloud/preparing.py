@@ -4,9 +4,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingersplit.errors import ObjectFileError
-from fingersplit.objects.cloud.normals import orient_points
+from fingersplit.objects.cloud.completion import complete
+from fingersplit.objects.cloud.normals import OrientedPoints, orient_points
 from fingersplit.objects.cloud.point_cloud import PointCloud
-from fingersplit.objects.cloud.reconstruction import part_of_mesh, reconstruct
+from fingersplit.objects.cloud.reconstruction import lies_beside, part_of_mesh, reconstruct
 from fingersplit.objects.cloud.unseen import estimate_viewpoint
 from fingersplit.objects.fairing import fair
 from fingersplit.objects.outline import Outline
@@ -20,11 +21,15 @@ FAIRING = 8.0
 """Length of waves that fairing halves, in standard deviations of a cloud's noise."""
 MAX_FAIRING = 0.25
 """Most of that length, in longest extents: what few points show as noise is the object's own curvature."""
+DETAIL = 0.5
+"""Least distance of surface samples, in spacings of a cloud."""
 _NO_THICKNESS = 1e-4  # of the extent
 
 
 def close_cloud(cloud: PointCloud, fairing: float = 0.0) -> Outline:
     """The closed surface through a cloud, and the part of it that was seen.
+
+    With a known support, a cloud from one view is completed by what is assumed, and all of that carries contacts.
 
     Args:
         cloud: One view or several merged, with noise and outliers.
@@ -38,6 +43,8 @@ def close_cloud(cloud: PointCloud, fairing: float = 0.0) -> Outline:
     viewpoint = cloud.viewpoint
     if viewpoint is None:
         viewpoint = estimate_viewpoint(oriented.points, oriented.normals, oriented.areas)
+    if viewpoint is not None and cloud.support is not None:
+        return _completed(oriented, viewpoint, cloud.support, fairing)
     rough, is_seen = reconstruct(oriented, viewpoint)
     if not is_seen.any():
         raise ObjectFileError("no_volume", "No surface runs through the points: they are scattered in space.")
@@ -49,7 +56,18 @@ def close_cloud(cloud: PointCloud, fairing: float = 0.0) -> Outline:
         )
     noise = min(FAIRING * oriented.noise, MAX_FAIRING * float(rough.extents.max()))
     closed = fair(rough, max(fairing, noise))
-    return Outline(closed, part_of_mesh(closed, is_seen), viewpoint)
+    return Outline(closed, part_of_mesh(closed, is_seen), viewpoint, DETAIL * oriented.spacing)
+
+
+def _completed(
+    oriented: OrientedPoints, viewpoint: NDArray[np.float64], support: NDArray[np.float64], fairing: float
+) -> Outline:
+    closed = complete(oriented, viewpoint, support)
+    if fairing > 0:
+        closed = fair(closed, fairing)
+    areas = closed.trimesh.area_faces
+    assumed = ~lies_beside(closed, oriented)
+    return Outline(closed, closed, None, DETAIL * oriented.spacing, float(areas[assumed].sum() / areas.sum()))
 
 
 def check_cloud(points: NDArray[np.float64]) -> None:

@@ -19,7 +19,7 @@ from fingersplit.extras import extra
 from fingersplit.objects.cloud.normals import OrientedPoints
 from fingersplit.objects.mesh import Mesh
 
-__all__ = ["Reconstruction", "part_of_mesh", "reconstruct"]
+__all__ = ["Reconstruction", "lies_beside", "part_of_mesh", "reconstruct"]
 
 MIN_CELLS, CELLS = 24, 64
 """Along the longest extent of the points; fewer where these are sparse, ``CELLS_PER_SPACING`` to a spacing."""
@@ -159,6 +159,14 @@ def part_of_mesh(mesh: Mesh, faces: NDArray[np.bool_]) -> Mesh:
     """Some faces (n_faces,) of a mesh, with their vertices."""
     used, numbers = np.unique(mesh.faces[faces], return_inverse=True)
     return Mesh(mesh.vertices[used], numbers.reshape(-1, 3).astype(np.int32))
+
+
+def lies_beside(mesh: Mesh, oriented: OrientedPoints) -> NDArray[np.bool_]:
+    """Faces (n_faces,) with a point beside each corner that faces the same way."""
+    gaps, nearest = cKDTree(oriented.points).query(mesh.vertices)
+    facing = np.einsum("ij,ij->i", oriented.normals[nearest], np.asarray(mesh.trimesh.vertex_normals)) > 0
+    near = facing & (gaps < SEEN_REACH * oriented.spacing + oriented.noise)
+    return np.asarray(near[mesh.faces].all(axis=1))
 
 
 def _drawn_onto_points(mesh: Mesh, oriented: OrientedPoints, reach: float) -> tuple[Mesh, NDArray[np.bool_]]:

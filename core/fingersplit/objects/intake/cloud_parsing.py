@@ -28,11 +28,13 @@ class RawCloud(NamedTuple):
         points: (n, 3), not all of them finite.
         normals: (n, 3), or None.
         viewpoint: (3,), or None.
+        support: (4,), or None.
     """
 
     points: NDArray[np.float64]
     normals: NDArray[np.float64] | None
     viewpoint: NDArray[np.float64] | None
+    support: NDArray[np.float64] | None = None
 
 
 def holds_cloud(data: bytes, file_type: str) -> bool:
@@ -101,16 +103,21 @@ def _parse_npz(data: bytes) -> RawCloud:
         arrays = {
             entry.filename.removesuffix(".npy"): _read_array(archive, entry)
             for entry in archive.infolist()
-            if entry.filename in ("points.npy", "normals.npy", "viewpoint.npy")
+            if entry.filename in ("points.npy", "normals.npy", "viewpoint.npy", "support.npy")
         }
-    points, normals, viewpoint = (arrays.get(name) for name in ("points", "normals", "viewpoint"))
+    points, normals, viewpoint, support = (arrays.get(name) for name in ("points", "normals", "viewpoint", "support"))
     if points is None or points.shape[-1:] != (3,):
         raise malformed("The NPZ file must hold an array 'points' whose last axis has x, y and z.")
     if normals is not None and normals.shape != points.shape:
         raise malformed(f"The NPZ array 'normals' has the shape {normals.shape}; that of the points is {points.shape}.")
     if viewpoint is not None and viewpoint.shape != (3,):
         raise malformed(f"The NPZ array 'viewpoint' has the shape {viewpoint.shape}; it must be (3,).")
-    return RawCloud(points.reshape(-1, 3), None if normals is None else normals.reshape(-1, 3), viewpoint)
+    if support is not None and support.shape != (4,):
+        raise malformed(
+            f"The NPZ array 'support' has the shape {support.shape}; it must be (4,): the normal of the plane that the "
+            "object stands on, and its offset."
+        )
+    return RawCloud(points.reshape(-1, 3), None if normals is None else normals.reshape(-1, 3), viewpoint, support)
 
 
 def _read_array(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> NDArray[np.float64]:

@@ -42,7 +42,8 @@ def read_cloud(data: bytes, file_type: str, source: ObjectSource | None = None) 
     viewpoint = None if raw.viewpoint is None else raw.viewpoint * source.meters
     normals = None if raw.normals is None else _usable(points, raw.normals[kept])
     turned = normals is not None and point_inwards(points, normals, np.ones(len(points)), viewpoint)
-    cloud = PointCloud(points, -normals if normals is not None and turned else normals, viewpoint)
+    support = None if raw.support is None else _plane(raw.support, points, source.meters)
+    cloud = PointCloud(points, -normals if normals is not None and turned else normals, viewpoint, support)
     return cloud, CloudReport(
         file_type=file_type,
         unit=source.unit,
@@ -57,7 +58,21 @@ def read_cloud(data: bytes, file_type: str, source: ObjectSource | None = None) 
         spacing=float(np.median(cKDTree(points).query(points, 2)[0][:, 1])),
         normals_turned=turned,
         plane_share=scene_plane(points),
+        support=support is not None,
     )
+
+
+def _plane(given: NDArray[np.float64], points: NDArray[np.float64], meters: float) -> NDArray[np.float64]:
+    """The support (4,) in metres with a unit normal, if it is a plane and points (n, 3) [m] stand on it."""
+    length = float(np.linalg.norm(given[:3])) if np.isfinite(given).all() else 0.0
+    if not length > 0.0:
+        raise ObjectFileError("non_finite", f"The support {given.tolist()} must be a normal, not 0, and an offset.")
+    plane = np.append(given[:3] / length, given[3] / length * meters)
+    if np.median(points @ plane[:3]) < plane[3]:
+        raise ObjectFileError(
+            "below_support", "The points lie below the support: its normal must point to the side of the object."
+        )
+    return plane
 
 
 def _kept(raw: RawCloud) -> tuple[NDArray[np.integer], int, int]:

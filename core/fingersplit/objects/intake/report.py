@@ -121,6 +121,7 @@ class CloudReport:
         normals_turned: Whether the normals pointed inwards and were turned over.
         plane_share: Share of the points that lie in a plane with far fewer on its other side, as a table has; 0 where
             no plane takes most of them.
+        support: Whether it is known what the object stands on, so that what one view did not see of it is assumed.
     """
 
     computed: ClassVar[tuple[str, ...]] = ("remarks",)
@@ -139,6 +140,7 @@ class CloudReport:
     spacing: float
     normals_turned: bool = False
     plane_share: float = 0.0
+    support: bool = False
 
     @property
     def remarks(self) -> list[str]:
@@ -148,6 +150,10 @@ class CloudReport:
             remarks.append(
                 f"A plane takes {self.plane_share:.0%} of the points: this looks like a scene, not an object. Cut the "
                 "object out of the cloud first."
+            )
+        if self.support and self.viewpoint:
+            remarks.append(
+                "What the camera did not see is assumed from symmetry, down to the support, and may carry contacts."
             )
         if self.normals_turned:
             remarks.append("All normals pointed into the object and were turned over.")
