@@ -28,6 +28,7 @@ def _write(export: Export) -> dict[str, Any]:
 def _message(export: Export, grasp: ExportedGrasp) -> dict[str, Any]:
     palm = export.hand.palm
     way_in, length = grasp.way_in() or (export.hand.gripper.palm_from_gripper[:, 2], APPROACH)
+    least = _approach(export).get("min_distance", MIN_APPROACH)
     return {
         "id": f"grasp_{grasp.rank}",
         "pre_grasp_posture": _posture(export, grasp.opened.joints),
@@ -40,11 +41,11 @@ def _message(export: Export, grasp: ExportedGrasp) -> dict[str, Any]:
             },
         },
         "grasp_quality": grasp.quality,
-        "pre_grasp_approach": _translation(palm, way_in, length, min(MIN_APPROACH, length)),
+        "pre_grasp_approach": _translation(palm, way_in, length, min(least, length)),
         "post_grasp_retreat": _retreat(export, grasp),
-        "post_place_retreat": _translation(palm, -way_in, length, min(MIN_APPROACH, length)),
+        "post_place_retreat": _translation(palm, -way_in, length, min(least, length)),
         "max_contact_force": NO_LIMIT,
-        "allowed_touch_objects": [export.object_name],
+        "allowed_touch_objects": [export.object_name, *_touchable_supports(export)],
     }
 
 
@@ -53,7 +54,20 @@ def _retreat(export: Export, grasp: ExportedGrasp) -> dict[str, Any]:
     scene, way = export.result.scene, export.result.grasp(grasp.rank).retreat_path
     if scene is None or way is None:
         return _translation(LIFT_FRAME, np.array([0.0, 0.0, 1.0]), LIFT, MIN_LIFT)
-    return _translation(scene.frame, np.array(way.direction_in_world), way.distance, min(MIN_LIFT, way.distance))
+    least = _approach(export).get("retreat", {}).get("min_distance", MIN_LIFT)
+    return _translation(scene.frame, np.array(way.direction_in_world), way.distance, min(least, way.distance))
+
+
+def _approach(export: Export) -> dict[str, Any]:
+    """What was asked of the approach."""
+    asked: dict[str, Any] = (export.result.provenance.constraints or {}).get("approach") or {}
+    return asked
+
+
+def _touchable_supports(export: Export) -> list[str]:
+    """Support surfaces that fingers may touch."""
+    scene = (export.result.provenance.constraints or {}).get("scene") or {}
+    return [one["id"] for one in scene.get("support_surfaces", []) if one.get("allow_finger_contact")]
 
 
 def _posture(export: Export, joints: NDArray[np.float64]) -> dict[str, Any]:

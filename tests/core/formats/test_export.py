@@ -16,6 +16,7 @@ from fingersplit.formats.isaac_grasp import read_isaac_grasp
 from fingersplit.formats.pickled_npy import dump_npy, load_npy
 from fingersplit.planning.planning import plan
 from fingersplit.result import PlanResult
+from fingersplit.scene import Approach, Constraints, Retreat, Scene, SupportSurface
 from fingersplit.transforms import pose_matrix, rotation_from_wxyz
 
 
@@ -94,6 +95,45 @@ def test_dexgraspbench_round_trip(document, barrett):
     assert (sample.object_scale, sample.object_path, sample.joint_names) == (1.0, "mug", barrett.joint_names)
     second = read_dexgraspbench(load_npy(export(document, "dexgraspbench", rank=2)))
     np.testing.assert_allclose(second.grasp[:3], document["grasps"][1]["palm"]["position"])
+
+
+def test_moveit_carries_the_whole_execution_that_was_planned(barrett, prepared):
+    asked = Constraints(
+        Scene(
+            "cell",
+            support_surfaces=(
+                SupportSurface("tray", allow_finger_contact=True),
+                SupportSurface("wall", (0, 1, 0), -0.5),
+            ),
+        ),
+        Approach(
+            desired_distance=0.08,
+            min_distance=0.04,
+            retreat=Retreat(frame="cell", desired_distance=0.09, min_distance=0.05),
+        ),
+    )
+    result = plan(prepared("box"), barrett, starts=12, seed=1, top_k=2, constraints=asked)
+    assert result.feasible > 0
+    grasps = json.loads(export_result(result, "moveit"))["grasps"]
+    for message, grasp in zip(grasps, result.grasps, strict=False):
+        object_from_palm = pose_of({"palm": {"position": grasp.palm.position, "wxyz": grasp.palm.wxyz}})
+        pregrasp, way_in, way_out = (
+            grasp.pregrasp_pose(barrett),
+            message["pre_grasp_approach"],
+            message["post_grasp_retreat"],
+        )
+        assert way_in["direction"]["header"]["frame_id"] == barrett.palm
+        backwards = way_in["desired_distance"] * np.array([*way_in["direction"]["vector"].values()])
+        begin = object_from_palm[:3, 3] - object_from_palm[:3, :3] @ backwards
+        np.testing.assert_allclose(begin, pregrasp.position, atol=1e-9)
+        np.testing.assert_allclose(message["pre_grasp_posture"]["points"][0]["positions"], pregrasp.joints, atol=1e-9)
+        squeeze = [grasp.squeeze_joints[name] for name in barrett.joint_names]
+        np.testing.assert_allclose(message["grasp_posture"]["points"][0]["positions"], squeeze, atol=1e-9)
+        assert 0.04 == way_in["min_distance"] <= way_in["desired_distance"] <= 0.08 + 1e-9
+        assert way_out["direction"]["header"]["frame_id"] == "cell"
+        np.testing.assert_allclose([*way_out["direction"]["vector"].values()], (0, 0, 1), atol=1e-9)
+        assert 0.05 == way_out["min_distance"] <= way_out["desired_distance"] <= 0.09 + 1e-9
+        assert message["allowed_touch_objects"] == ["box", "tray"]
 
 
 def test_dexgraspbench_sample_opens_as_its_users_open_it(document, tmp_path):

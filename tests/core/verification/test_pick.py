@@ -14,7 +14,7 @@ from fingersplit.objects.preparing import prepare_object
 from fingersplit.planning.planning import plan as plan_result
 from fingersplit.planning.search import find_grasps
 from fingersplit.result import PlanResult
-from fingersplit.scene import Constraints, Obstacle, Pose, Primitive, Scene, SupportSurface
+from fingersplit.scene import AttachedBody, Constraints, EndEffector, Obstacle, Pose, Primitive, Scene, SupportSurface
 from fingersplit.scene.preparing import prepare_scene
 from fingersplit.verification import verify_ranked
 from fingersplit.verification.pick import verify_pick
@@ -128,3 +128,21 @@ def test_noisy_picks_pass_by_the_share_that_holds():
     assert not wild.passed
     assert wild.reason in {trial.reason for trial in wild.trials}
     assert picked_with(position_noise=0.08, least_share=0.0).passed
+
+
+def test_what_is_attached_to_the_palm_is_there_in_the_world():
+    execution, scene = planned()[2].execution, planned()[2].run.scene
+    beside = Pose((0.0, 0.25, -0.05))  # beyond all links
+    camera = AttachedBody(Primitive.sphere(0.03), beside)
+    hit = (scene.world_from_object @ execution.pregrasp_pose @ beside.matrix)[:3, 3]
+    post = Obstacle("post", Pose(tuple(hit)), Primitive.sphere(0.01))
+
+    def with_bodies(*bodies):
+        entries = replace(scene.constraints.scene, obstacles=(post,))
+        constraints = Constraints(entries, end_effector=EndEffector(attached_bodies=bodies))
+        return picked(prepare_scene(constraints, planned()[0], HAND))
+
+    assert with_bodies().reason == "held"
+    report = with_bodies(camera)
+    assert report.reason == "obstacle_touched"
+    assert report.touched == ("post",)

@@ -21,7 +21,7 @@ FAIRING = 8.0
 """Length of waves that fairing halves, in standard deviations of a cloud's noise."""
 MAX_FAIRING = 0.25
 """Most of that length, in longest extents: what few points show as noise is the object's own curvature."""
-DETAIL = 0.5
+DETAIL = 0.75
 """Least distance of surface samples, in spacings of a cloud."""
 _NO_THICKNESS = 1e-4  # of the extent
 
