@@ -42,5 +42,6 @@ def _json(file: Path) -> object:
     try:
         document: object = json.loads(file.read_text())
     except (UnicodeDecodeError, json.JSONDecodeError) as error:
-        raise SceneError("", f"{file} is no JSON: {error}.") from error
+        where = f" beyond line {error.lineno}" if isinstance(error, json.JSONDecodeError) else " in UTF-8"
+        raise SceneError("", f"{file} is no JSON{where}.") from error
     return document

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingersplit.errors import FormatError
-from fingersplit.formats.fields import numbers, transforms
+from fingersplit.formats.fields import numbers, one_scale, transforms
 from fingersplit.formats.file_format import FileFormat, Request
 from fingersplit.formats.grippers import GRIPPERS, JawPoses, gripper_of
 
@@ -35,8 +35,9 @@ def poses_with_outcome(
 ) -> JawPoses:
     """Grippers that close along x and held or dropped the object, as ACRONYM and GraspGen list them."""
     hint = ""
-    if scale is not None and float(numbers(scale, "object scale", ())) != 1.0:
-        hint = f"The grasps belong to the mesh times the file's object scale: give the mesh a scale of {scale}."
+    factor = one_scale(scale, "object scale")
+    if factor != 1.0:
+        hint = f"The grasps belong to the mesh times the file's object scale: give the mesh a scale of {factor}."
     return JawPoses.of_gripper(
         gripper_of(gripper, request.gripper) or GRIPPERS["panda"],
         poses,

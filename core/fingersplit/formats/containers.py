@@ -85,7 +85,7 @@ def _json(path: Path, text: bytes) -> Any:
     except UnicodeDecodeError as error:
         raise FormatError(f"{path} is not JSON: it is not text in UTF-8.") from error
     except json.JSONDecodeError as error:
-        raise FormatError(f"{path} is not JSON: {error.msg} in line {error.lineno}.") from error
+        raise FormatError(f"{path} is not JSON: {_broken(error.lineno, error.colno)}") from error
     except RecursionError as error:
         raise FormatError(f"{path} is not JSON that can be read: it is nested too deeply.") from error
 
@@ -99,7 +99,14 @@ def _yaml(path: Path, text: bytes) -> Any:
     except RecursionError as error:
         raise FormatError(f"{path} is not YAML that can be read: it is nested too deeply.") from error
     except (yaml.YAMLError, ValueError) as error:
+        if isinstance(error, yaml.constructor.ConstructorError):
+            tag = f"{path} is not plain YAML: line {error.problem_mark.line + 1} asks for a type of a program."
+            raise FormatError(tag) from error
         mark = getattr(error, "problem_mark", None)
-        where = "" if mark is None else f" in line {mark.line + 1}"
-        problem = getattr(error, "problem", None) or "it is not plain data in UTF-8"
-        raise FormatError(f"{path} is not YAML: {problem}{where}.") from error
+        where = "it is not plain data in UTF-8." if mark is None else _broken(mark.line + 1, mark.column + 1)
+        raise FormatError(f"{path} is not YAML: {where}") from error
+
+
+def _broken(line: int, column: int) -> str:
+    """Where a text stops being what it should be."""
+    return f"it breaks off, or breaks the rules, in line {line} at column {column}."

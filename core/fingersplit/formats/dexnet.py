@@ -63,9 +63,8 @@ def _read_service_answer(document: Any, request: Request) -> JawPoses:
         widths = request.scale * numbers([entry["open_width"] for entry in listed], "open_width", (None,))
         scores = numbers([entry.get("metric_score", 0.0) for entry in listed], "metric_score", (None,))
     except (KeyError, TypeError, AttributeError) as error:
-        raise FormatError(
-            f"Every Dex-Net grasp needs center, axis and open_width; missing or wrong: {error}."
-        ) from error
+        missing = f"; one has no {error.args[0]}" if isinstance(error, KeyError) else ""
+        raise FormatError(f"Every Dex-Net grasp needs center, axis and open_width{missing}.") from error
     angles = np.tile(2 * np.pi * np.arange(SERVICE_ANGLES) / SERVICE_ANGLES, len(listed))
     centers, axes, widths, scores = (
         np.repeat(each, SERVICE_ANGLES, axis=0) for each in (centers, axes, widths, scores)

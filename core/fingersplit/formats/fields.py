@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from fingersplit.errors import FormatError
 
-__all__ = ["RIGID", "check_count", "numbers", "transforms"]
+__all__ = ["RIGID", "check_count", "numbers", "one_scale", "transforms"]
 
 MAX_GRASPS = 100_000
 """Grasps that one file may list."""
@@ -42,6 +42,20 @@ def numbers(value: object, name: str, shape: tuple[int | None, ...]) -> NDArray[
     if not np.isfinite(array).all():
         raise FormatError(f"{name} holds numbers that are not finite.")
     return array
+
+
+def one_scale(value: object, name: str) -> float:
+    """The factor on a mesh: a number, or three equal ones along the axes; 1 where there is none.
+
+    Raises:
+        FormatError: Not a number, or different along the axes.
+    """
+    if value is None:
+        return 1.0
+    along = np.ravel(np.asarray(value, dtype=object))
+    if len(along) == 3 and along[0] == along[1] == along[2]:
+        value = along[0]
+    return float(numbers(value, name, ()))
 
 
 def transforms(value: object, name: str) -> NDArray[np.float64]:

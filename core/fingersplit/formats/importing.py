@@ -18,6 +18,8 @@ from fingersplit.parallel_grasps.closing_kernel import close_jaws
 from fingersplit.parallel_grasps.grasp_set import ParallelGrasps
 
 __all__ = ["ImportedGrasps", "import_parallel_grasps", "read_hand_grasps"]
+FAR = 5.0
+"""Median distance of grasps from an object, in its largest extents, from which on their lengths are doubted."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +80,7 @@ def import_parallel_grasps(
     request = Request(model.name, None if gripper is None else gripper_called(gripper), scale)
     with opened(path) as (container, content):
         chosen = chosen or _recognise(path, container, content, known)
-        if chosen.container != container:
+        if not _holds(container, chosen):
             raise FormatError(f"{path} is a file of kind {container}; {chosen.title} needs {chosen.container}.")
         assert chosen.read_parallel is not None
         try:
@@ -92,6 +94,14 @@ def import_parallel_grasps(
     return _closed(path, chosen, model, found)
 
 
+_TEXTS = {"json", "yaml"}
+
+
+def _holds(container: str, one: FileFormat) -> bool:
+    """Whether a file of that kind may hold a format; JSON and YAML hold the same documents."""
+    return one.container == container or {one.container, container} <= _TEXTS
+
+
 def _missing(error: Exception) -> str:
     if isinstance(error, KeyError) and error.args and isinstance(error.args[0], str):
         return f"{error.args[0]} is missing"
@@ -100,7 +110,7 @@ def _missing(error: Exception) -> str:
 
 def _recognise(path: Path, container: str, content: Any, known: dict[str, FileFormat]) -> FileFormat:
     for one in known.values():
-        if one.container == container and one.recognises(content):
+        if _holds(container, one) and one.recognises(content):
             return one
     titles = ", ".join(one.title for one in known.values())
     raise FormatError(f"{path} holds parallel grasps in no known format; known: {titles}.")
@@ -120,6 +130,9 @@ def _closed(path: Path, chosen: FileFormat, model: ObjectModel, poses: JawPoses)
     if not touched.any():
         sides = ", ".join(f"{1e3 * side:.0f}" for side in model.mesh.extents)
         refusal = f"{path}: none of {len(order)} grasps closes on the object, whose sides are {sides} mm."
+        away = float(np.median(np.linalg.norm(centers - model.center_of_mass, axis=1)))
+        if away > FAR * float(model.mesh.extents.max()) and "scale" not in poses.hint:
+            refusal += f" They stand {away:.3g} m from its middle: their lengths, or the mesh, may need a scale."
         raise FormatError(f"{refusal} {poses.hint}".rstrip())
     grasps = ParallelGrasps(contacts[touched], approaches[touched])
     return ImportedGrasps(chosen.name, chosen.title, len(poses.scores), len(order), grasps)
@@ -139,7 +152,7 @@ def read_hand_grasps(path: Path, hand: str) -> HandGrasps:
     known, chosen = load_hand(hand), formats_that("read_hand")
     with opened(path) as (container, content):
         for one in chosen.values():
-            if one.container == container and one.recognises(content):
+            if _holds(container, one) and one.recognises(content):
                 assert one.read_hand is not None
                 return one.read_hand(content, known)
     titles = ", ".join(one.title for one in chosen.values())

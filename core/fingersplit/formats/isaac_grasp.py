@@ -5,6 +5,7 @@ Three programs write them: the grasp editor (``object_frame_link``, ``gripper_fr
 grasps that may have joints before the grasp only).
 """
 
+import re
 from dataclasses import dataclass
 from pathlib import PurePosixPath
 from typing import Any
@@ -14,7 +15,7 @@ from numpy.typing import NDArray
 
 from fingersplit.errors import FormatError
 from fingersplit.formats.exporting import Export
-from fingersplit.formats.fields import check_count, numbers
+from fingersplit.formats.fields import check_count, numbers, one_scale
 from fingersplit.formats.file_format import FileFormat, Request
 from fingersplit.formats.grippers import JawPoses, gripper_of
 from fingersplit.formats.hand_grasps import HandGrasp, HandGrasps
@@ -25,6 +26,8 @@ from fingersplit.transforms import pose_matrix, rotation_from_wxyz
 __all__ = ["ISAAC_GRASP", "IsaacGrasp", "IsaacGraspFile", "read_isaac_grasp"]
 
 FORMAT, VERSION = "isaac_grasp", 1.0
+_KNOWN = re.compile(r"\s*v?1(\.\d+)*\s*")
+"""Versions that are read: all of the first, as a number or as a text."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +36,7 @@ class IsaacGrasp:
 
     Attributes:
         name: Its key.
-        confidence: 0 to 1.
+        confidence: 0 to 1; 1 where the file does not say.
         object_from_gripper: Pose of the gripper frame in the object frame, (4, 4).
         joints: Joint positions by name at the grasp [rad] or [m]; empty where the file does not say.
         pregrasp_joints: The same before it.
@@ -66,26 +69,25 @@ class IsaacGraspFile:
 
 
 def read_isaac_grasp(document: Any) -> IsaacGraspFile:
-    """The parsed YAML of an Isaac grasp file.
+    """The parsed YAML of an Isaac grasp file; one that does not say its version is taken for one of the first.
 
     Raises:
         FormatError: Another format or version, or a grasp that lacks its pose.
     """
     if not _recognises(document):
         raise FormatError(f"An Isaac grasp file says 'format: {FORMAT}'; this one does not.")
-    version = document.get("format_version")
-    if str(version) not in ("1", "1.0"):
-        raise FormatError(f"The file has format_version {version!r}; known: {VERSION}.")
+    version = str(document.get("format_version", VERSION))
+    if not _KNOWN.fullmatch(version):
+        raise FormatError(f"The file has format_version {version}; known: {VERSION}.")
     grasps = document.get("grasps")
     if not isinstance(grasps, dict) or not grasps:
         raise FormatError("The Isaac grasp file lists no grasps under 'grasps'.")
     check_count(len(grasps))
-    scale = document.get("object_scale")
     return IsaacGraspFile(
         object_frame=str(document.get("object_frame_link") or document.get("object_frame") or ""),
         gripper_frame=str(document.get("gripper_frame_link") or document.get("gripper_frame") or ""),
         gripper_file=PurePosixPath(str(document.get("gripper_file") or "")).stem,
-        object_scale=1.0 if scale is None else float(numbers(scale, "object_scale", ())),
+        object_scale=one_scale(document.get("object_scale"), "object_scale"),
         grasps=tuple(_read_grasp(str(name), grasp) for name, grasp in grasps.items()),
     )
 
@@ -105,9 +107,10 @@ def _read_grasp(name: str, grasp: Any) -> IsaacGrasp:
     wxyz = np.concatenate([[numbers(w, f"w of {name}", ())], numbers(xyz, f"xyz of {name}", (3,))])
     if not wxyz.any():
         raise FormatError(f"orientation of {name} is zero; it must be a quaternion.")
+    confidence = grasp.get("confidence")
     return IsaacGrasp(
         name=name,
-        confidence=float(numbers(grasp.get("confidence", 1.0), f"confidence of {name}", ())),
+        confidence=1.0 if confidence is None else float(numbers(confidence, f"confidence of {name}", ())),
         object_from_gripper=pose_matrix(rotation_from_wxyz(wxyz), numbers(position, f"position of {name}", (3,))),
         joints=_joints(grasp, "cspace_position", name),
         pregrasp_joints=_joints(grasp, "pregrasp_cspace_position", name),

@@ -55,7 +55,7 @@ def load_npy(data: bytes) -> Any:
     except FormatError:
         raise
     except Exception as error:  # unpickling damaged bytes raises whatever their damage leads to
-        raise FormatError(f"The file is no .npy file that can be read: {error}.") from error
+        raise FormatError("The file is no whole .npy file: its header or what was stored in it is damaged.") from error
     if not isinstance(array, np.ndarray) or array.shape != shape:
         raise FormatError("The .npy file holds something else than its header says.")
     return array.item() if array.ndim == 0 else array.tolist()

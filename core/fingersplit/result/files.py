@@ -20,7 +20,8 @@ def read_result(path: Path) -> PlanResult:
     except OSError as error:
         raise ResultError(f"{path} cannot be read: {error.strerror}.") from error
     except (ValueError, RecursionError) as error:
-        raise ResultError(f"{path} is not JSON: {error}.") from error
+        where = f" beyond line {error.lineno}" if isinstance(error, json.JSONDecodeError) else " in UTF-8"
+        raise ResultError(f"{path} is not JSON{where}.") from error
     try:
         return PlanResult.from_dict(document)
     except ResultError as error:

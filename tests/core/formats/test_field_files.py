@@ -49,6 +49,10 @@ def width(imported) -> float:
         {},
         {"format_version": "1.0"},
         {"format_version": 1},
+        {"format_version": None},
+        {"format_version": "v1.0.2"},
+        {"grasp": {"confidence": None}},
+        {"object_scale": [1.0, 1.0, 1.0]},
         {
             "object_frame_link": None,
             "gripper_frame_link": None,
@@ -104,6 +108,37 @@ def test_lengths_of_a_file_can_be_scaled(prepared, tmp_path, factor):
     found = import_parallel_grasps(tmp_path / "service.json", prepared("box"), scale=factor)
     assert found.listed == 4
     assert np.ptp(found.grasps.contacts[:, :, 0], axis=1) == pytest.approx(0.05)
+
+
+def test_json_and_yaml_hold_the_same_documents(prepared, tmp_path):
+    as_json = tmp_path / "isaac.json"
+    as_json.write_text(json.dumps(yaml.safe_load(isaac(tmp_path).read_text())))
+    as_yaml = graspgen(tmp_path).rename(tmp_path / "graspgen.yaml")
+    found = [import_parallel_grasps(path, prepared("box")).format for path in (as_json, as_yaml)]
+    assert found == ["isaac_grasp", "graspgen"]
+
+
+def test_grasps_in_millimetres_are_said_to_stand_far_away(prepared, tmp_path):
+    far = [[*row[:3], row[3] * 1000] for row in DOWN]
+    (tmp_path / "g.json").write_text(json.dumps({"grasps": {"transforms": [far]}}))
+    with pytest.raises(FormatError, match=r"They stand 103 m from its middle: .* may need a scale"):
+        import_parallel_grasps(tmp_path / "g.json", prepared("box"))
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "place"),
+    [
+        ("cut.json", '{"grasps": [', "line 1 at column 13"),
+        ("tabs.yaml", "format: isaac_grasp\ngrasps:\n\tg: 1\n", "line 3 at column 1"),
+        ("two.yaml", "format: isaac_grasp\n---\nformat: isaac_grasp\n", "line 2 at column 1"),
+        ("tag.yaml", "format: !!python/object:os.system {}\n", "line 1 asks for a type of a program"),
+    ],
+)
+def test_broken_texts_are_told_by_place_and_in_no_words_of_a_library(prepared, tmp_path, name, text, place):
+    (tmp_path / name).write_text(text)
+    with pytest.raises(FormatError, match=place) as refused:
+        import_parallel_grasps(tmp_path / name, prepared("box"))
+    assert not any(word in str(refused.value) for word in ("token", "constructor", "Expecting", "delimiter", "None"))
 
 
 @pytest.mark.parametrize("scale", [0.0, -1.0, float("nan"), float("inf")])
