@@ -1,6 +1,7 @@
 """Collision shapes for the planner: the model's own primitives, and primitives fitted to all else, a few a link."""
 
 import heapq
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from itertools import combinations
 
@@ -18,9 +19,9 @@ from fingersplit.hands.limits import MAX_SHAPES
 from fingersplit.hands.model import Link, Shape, Solid
 from fingersplit.hands.shapes_kernel import BOX, CAPSULE, CYLINDER, SPHERE
 from fingersplit.hands.tip_shapes import convex_fit, stand_out
-from fingersplit.transforms import transform_points
+from fingersplit.transforms import pose_matrix, transform_points
 
-__all__ = ["convex_solids", "planning_shapes", "solid_points"]
+__all__ = ["convex_solids", "planning_shapes", "solid_points", "with_hulls"]
 
 Array = NDArray[np.float64]
 
@@ -95,17 +96,35 @@ def planning_shapes(
     most = max(most - len(tips), len({piece.link for piece in pieces}))
     pieces = tips + _split(_merge(pieces, most), min(most, SHAPES_A_LINK * len(links) + SHAPES_OF_PALM))
     pieces.sort(key=lambda piece: piece.link)
-    return tuple(
-        Shape(
-            name=piece.name,
-            link=piece.link,
-            kind=piece.fit.kind,
-            size=piece.fit.size,
-            pose=piece.fit.pose,
-            overhang=0.0 if piece.exact else piece.fit.overhang(piece.points),
-            sources=piece.sources,
-        )
-        for piece in pieces
+    return tuple(map(_shape_of, pieces))
+
+
+def with_hulls(shapes: tuple[Shape, ...], solids: tuple[Solid, ...], which: Collection[int]) -> tuple[Shape, ...]:
+    """The same shapes, but those asked for as the hulls of what they stand for, parts of one solid as one again."""
+    asked = {shapes[k].sources: shapes[k] for k in sorted(which)}
+    found = [shape for shape in shapes if shape.sources not in asked]
+    for sources, shape in asked.items():
+        points = hull_points(np.vstack([_points_of(solid) for solid in solids if solid.name in sources]))
+        found.append(_shape_of(_Piece(shape.name, shape.link, points, _hull_fit(points), False, sources)))
+    return tuple(sorted(found, key=lambda shape: shape.link))
+
+
+def _hull_fit(points: Array) -> Fit:
+    """The hull of points (n, 3), in the frame of the primitive about them: depths are measured along its axes, too."""
+    turn = fit_primitive(points).pose[:3, :3]
+    fit = convex_fit(points @ turn, ())
+    return replace(fit, pose=pose_matrix(turn, turn @ fit.pose[:3, 3]))
+
+
+def _shape_of(piece: _Piece) -> Shape:
+    return Shape(
+        name=piece.name,
+        link=piece.link,
+        kind=piece.fit.kind,
+        size=piece.fit.size,
+        pose=piece.fit.pose,
+        overhang=0.0 if piece.exact else piece.fit.overhang(piece.points),
+        sources=piece.sources,
     )
 
 
@@ -133,17 +152,22 @@ def _tips(pieces: list[_Piece], pads: tuple[Pad, ...]) -> tuple[list[_Piece], li
 
 
 def _piece_of(solid: Solid) -> _Piece:
+    points = _points_of(solid)
     if solid.kind in PRIMITIVES:
         fit = Fit(solid.kind, solid.size, solid.pose, primitive_volume(solid.kind, solid.size))
-        points = transform_points(solid.pose, primitive_points(solid.kind, solid.size))
         return _Piece(solid.name, solid.link, points, fit, True, (solid.name,))
+    return _Piece(solid.name, solid.link, points, fit_primitive(points), False, (solid.name,))
+
+
+def _points_of(solid: Solid) -> Array:
+    """Points (n, 3) of the link's frame [m] that a shape for a solid must contain."""
+    if solid.kind in PRIMITIVES:
+        return transform_points(solid.pose, primitive_points(solid.kind, solid.size))
     if solid.kind == ELLIPSOID:
         sphere = primitive_points(SPHERE, np.ones(3))
-        points = transform_points(solid.pose, 1.005 * sphere * solid.size)  # outside of the facets between the points
-    else:
-        assert solid.vertices is not None
-        points = hull_points(transform_points(solid.pose, solid.vertices))
-    return _Piece(solid.name, solid.link, points, fit_primitive(points), False, (solid.name,))
+        return transform_points(solid.pose, 1.005 * sphere * solid.size)  # outside of the facets between the points
+    assert solid.vertices is not None
+    return hull_points(transform_points(solid.pose, solid.vertices))
 
 
 def _split(pieces: list[_Piece], limit: int) -> list[_Piece]:

@@ -10,7 +10,7 @@ import trimesh
 from numpy.typing import ArrayLike, NDArray
 
 from fingersplit.errors import HandError
-from fingersplit.hands.collision_shapes import convex_solids, planning_shapes
+from fingersplit.hands.collision_shapes import convex_solids, planning_shapes, with_hulls
 from fingersplit.hands.couplings import read_coupling
 from fingersplit.hands.description import GripDescription, HandDescription
 from fingersplit.hands.files import HandFiles, find_hand, is_shipped, shipped_hands
@@ -20,6 +20,7 @@ from fingersplit.hands.kinematics_kernel import move_fingers, place_shape
 from fingersplit.hands.model import HandModel
 from fingersplit.hands.record import active_drivers, hand_record
 from fingersplit.hands.records import POSE
+from fingersplit.hands.self_collision import rough_shapes
 from fingersplit.hands.shapes import shape_mesh
 from fingersplit.hands.simulation import hand_spec
 from fingersplit.hands.tree import Tree, compile_model, read_tree
@@ -265,6 +266,9 @@ def _compile(files: HandFiles) -> Hand:
     chains = read_fingers(compiled, tree, model, description)
     pads = tuple(pad for chain in chains for pad in chain.pads)
     model = replace(model, shapes=planning_shapes(solids, tree.links, description.shapes.budget, pads))
+    rough = rough_shapes(model)
+    if rough:
+        model = replace(model, shapes=with_hulls(model.shapes, solids, rough))
     first = _with_grip(files, model, chains, description.grips[0])
     siblings = [first, *(_with_grip(files, model, chains, grip) for grip in description.grips[1:])]
     for hand in siblings:

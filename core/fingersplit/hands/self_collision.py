@@ -6,81 +6,98 @@ from typing import Any
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from fingersplit.hands.forward import link_poses
 from fingersplit.hands.model import HandModel, Shape, Solid
 from fingersplit.hands.shapes import corners_of
 from fingersplit.hands.shapes_kernel import CONVEX
-from fingersplit.transforms import wxyz_from_rotation
+from fingersplit.transforms import pose_matrix, rotation_from_wxyz
 
-__all__ = ["neutral_joints", "self_collision_pairs", "shape_distances"]
+__all__ = ["neutral_joints", "rough_shapes", "self_collision_pairs", "shape_distances"]
 
 Array = NDArray[np.float64]
 
 NEAR = 2e-3
-"""[m]; shapes so near to each other while nothing is closed are taken for neighbours."""
-POSTURES = 100
+"""[m]; links so near to each other while nothing is closed are taken for neighbours."""
+POSTURES = 200
 """Random postures in which fitted shapes are compared with the solids they stand for."""
+ENDS = 0.15
+"""How often a driver stands at each of its limits, where links meet most, by how often it stands between them."""
 FAR = 1.0
 """[m]; distances are not measured beyond."""
 
 
-@lru_cache(maxsize=64)
 def self_collision_pairs(model: HandModel) -> NDArray[np.int64]:
     """Pairs of shapes (n, 2) that are tested against each other.
 
-    Left out are shapes of one rigid body, of links next to each other, of pairs that the model excludes, and those that
-    nearly touch while all drivers stand at zero or at the limit nearest to it: they are neighbours. So are fitted
-    shapes of one finger that overlap in some postures where the solids they stand for never do.
+    Left out are shapes of one rigid body, of links next to each other and of pairs that the model excludes. Neighbours
+    are left out, too: of two links of which one carries the other, solids that nearly touch while all drivers stand at
+    zero or at the limit nearest to it; of any links, solids that nearly touch in every posture; and of one finger,
+    fitted shapes that overlap in some postures where the solids they stand for never do.
     """
+    return _judge(model)[0]
+
+
+def rough_shapes(model: HandModel) -> frozenset[int]:
+    """Fitted shapes that nearly touch another of their finger while nothing is closed, though their solids do not.
+
+    As these meet in other postures, the pair is to be tested, and such shapes would forbid what is free.
+    """
+    return _judge(model)[1]
+
+
+@lru_cache(maxsize=64)
+def _judge(model: HandModel) -> tuple[NDArray[np.int64], frozenset[int]]:
+    pairs, carried = _candidates(model)
+    postures = _postures(model)
+    beyond = np.array([shape.overhang for shape in model.shapes])[pairs].sum(axis=1) > NEAR
+    near = shape_distances(model, postures[0], pairs) < NEAR
+    doubtful = np.flatnonzero(near | (carried & beyond))
+    fitted = shape_distances(model, postures, pairs[doubtful])
+    tested, rough = np.ones(len(pairs), bool), set()
+    for k, distances in zip(doubtful, fitted.T, strict=True):
+        solids = _where_near(model, pairs[k], distances, postures)
+        lasting = bool((solids < NEAR).all() or (carried[k] and solids[0] < NEAR))
+        imagined = bool(carried[k] and beyond[k] and (distances < 0).any() and not (solids < 0).any())
+        tested[k] = not (lasting or imagined)
+        if tested[k] and carried[k] and beyond[k] and near[k]:
+            rough |= {int(i) for i in pairs[k] if model.shapes[i].overhang > 0}
+    return pairs[tested], frozenset(rough)
+
+
+def _candidates(model: HandModel) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+    """Pairs of shapes (n, 2) of links that could meet, and of which the link of one carries that of the other (n,)."""
     bodies = [_rigid_body(model, i) for i in range(len(model.links))]
     above = [_above(model, bodies, i) for i in range(len(model.links))]
+    paths = [set(model.path(i)) for i in range(len(model.links))]
     excluded = {frozenset((bodies[a], bodies[b])) for a, b in model.excluded}
-    pairs = []
+    pairs, carried = [], []
     for i, j in combinations(range(len(model.shapes)), 2):
         a, b = bodies[model.shapes[i].link], bodies[model.shapes[j].link]
         if a != b and above[a] != b and above[b] != a and frozenset((a, b)) not in excluded:
             pairs.append((i, j))
-    found = np.array(pairs, dtype=np.int64).reshape(-1, 2)
-    found = found[shape_distances(model, neutral_joints(model), found) > NEAR]
-    return found[~_only_fitted_meet(model, found, bodies)]
+            carried.append(a in paths[b] or b in paths[a])
+    return np.array(pairs, dtype=np.int64).reshape(-1, 2), np.array(carried, dtype=bool)
 
 
-def _only_fitted_meet(model: HandModel, pairs: NDArray[np.int64], bodies: list[int]) -> NDArray[np.bool_]:
-    """Which pairs of one finger (n,) overlap in some postures though the solids they stand for never do.
-
-    A fitted shape reaches beyond its link, most of all into the links next but one.
-    """
-    shapes = model.shapes
-    doubtful = [
-        k
-        for k, (i, j) in enumerate(pairs)
-        if shapes[i].overhang + shapes[j].overhang > NEAR and _one_above(model, bodies, shapes[i].link, shapes[j].link)
-    ]
-    none = np.zeros(len(pairs), bool)
-    if not doubtful:
-        return none
-    solids = {solid.name: k for k, solid in enumerate(model.solids)}
-    behind = [
-        np.array([(solids[a], solids[b]) for a in shapes[i].sources for b in shapes[j].sources])
-        for i, j in pairs[doubtful]
-    ]
-    rng, coupling = np.random.default_rng(0), model.coupling
-    fitted, real = np.zeros(len(doubtful), int), np.zeros(len(doubtful), int)
-    for _ in range(POSTURES):
-        joints = model.joints_from_drivers(rng.uniform(coupling.lower, coupling.upper))
-        overlap = shape_distances(model, joints, pairs[doubtful]) < 0
-        fitted += overlap
-        for k in np.flatnonzero(overlap & (real == 0)):
-            real[k] = bool((_distances(model, model.solids, joints, behind[k]) < 0).any())
-    none[doubtful] = (fitted > 0) & (real == 0)
-    return none
+def _postures(model: HandModel) -> Array:
+    """Joint angles (n, N) [rad], the neutral ones first."""
+    coupling = model.coupling
+    shares = np.random.default_rng(0).uniform(-ENDS, 1 + ENDS, (POSTURES, len(coupling.lower))).clip(0, 1)
+    drivers = coupling.lower + shares * (coupling.upper - coupling.lower)
+    return np.vstack([neutral_joints(model), model.joints_from_drivers(drivers)])
 
 
-def _one_above(model: HandModel, bodies: list[int], a: int, b: int) -> bool:
-    """Whether one of two links carries the other."""
-    return bodies[a] in model.path(b) or bodies[b] in model.path(a)
+def _where_near(model: HandModel, pair: NDArray[np.int64], fitted: Array, postures: Array) -> Array:
+    """Least distance (n,) [m] of the solids that two shapes stand for; infinite where the shapes are not near."""
+    near = np.flatnonzero(fitted < NEAR)  # solids lie inside of shapes, so they are nowhere nearer
+    names = [model.shapes[k].sources for k in pair]
+    one, other = ([k for k, solid in enumerate(model.solids) if solid.name in sources] for sources in names)
+    pairs = np.array([(i, j) for i in one for j in other], dtype=np.int64)
+    found = np.full(len(postures), np.inf)
+    found[near] = _distances(model, model.solids, postures[near], pairs).min(axis=-1)
+    return found
 
 
 def neutral_joints(model: HandModel) -> Array:
@@ -88,38 +105,46 @@ def neutral_joints(model: HandModel) -> Array:
     return model.joints_from_drivers(np.clip(0.0, model.coupling.lower, model.coupling.upper))
 
 
-def shape_distances(model: HandModel, joints: Array, pairs: NDArray[np.int64]) -> Array:
-    """Signed distances (n,) [m] of pairs of shapes at joint angles (N,) [rad], negative where they overlap."""
+def shape_distances(model: HandModel, joints: ArrayLike, pairs: NDArray[np.int64]) -> Array:
+    """Signed distances (..., n) [m] of pairs of shapes at joint angles (..., N) [rad], negative where they overlap."""
     return _distances(model, model.shapes, joints, pairs)
 
 
-def _distances(model: HandModel, geoms: tuple[Shape | Solid, ...], joints: Array, pairs: NDArray[np.int64]) -> Array:
-    scene, data = _scene(geoms)
-    poses = link_poses(model, joints)
-    for k, geom in enumerate(geoms):
-        palm_from_geom = poses[geom.link] @ geom.pose
-        data.mocap_pos[k], data.mocap_quat[k] = palm_from_geom[:3, 3], wxyz_from_rotation(palm_from_geom[:3, :3])
-    mujoco.mj_kinematics(scene, data)
-    return np.array([mujoco.mj_geomDistance(scene, data, int(i), int(j), FAR, None) for i, j in pairs])
+def _distances(
+    model: HandModel, geoms: tuple[Shape | Solid, ...], joints: ArrayLike, pairs: NDArray[np.int64]
+) -> Array:
+    scene, data, link_from_geom = _scene(geoms)
+    angles = np.asarray(joints, dtype=np.float64)
+    poses = link_poses(model, angles.reshape(-1, angles.shape[-1]))
+    used = np.unique(pairs)
+    found = np.empty((len(poses), len(pairs)))
+    places = poses[:, [geoms[k].link for k in used]] @ link_from_geom[used]
+    for row, posed in zip(found, places, strict=True):
+        data.geom_xpos[used], data.geom_xmat[used] = posed[:, :3, 3], posed[:, :3, :3].reshape(-1, 9)
+        row[:] = [mujoco.mj_geomDistance(scene, data, int(i), int(j), FAR, None) for i, j in pairs]
+    return found.reshape(*angles.shape[:-1], len(pairs))
 
 
 @lru_cache(maxsize=64)
-def _scene(geoms: tuple[Shape | Solid, ...]) -> tuple[Any, Any]:
-    """A MuJoCo model with every shape or solid on a body of its own, by its origin."""
+def _scene(geoms: tuple[Shape | Solid, ...]) -> tuple[Any, Any, Array]:
+    """A MuJoCo model with every shape or solid, and where its frames of them stand on their links, (n, 4, 4)."""
     spec = mujoco.MjSpec()
     for number, geom in enumerate(geoms):
-        body = spec.worldbody.add_body(mocap=True)
         corners = geom.vertices if isinstance(geom, Solid) else None
         if isinstance(geom, Shape) and geom.kind == CONVEX:
             corners = corners_of(geom.size)
         if corners is None:
-            body.add_geom(type=mujoco.mjtGeom(geom.kind), size=np.maximum(geom.size, 1e-9))
+            spec.worldbody.add_geom(type=mujoco.mjtGeom(geom.kind), size=np.maximum(geom.size, 1e-9))
         else:
             name = f"mesh{number}"
             spec.add_mesh(name=name, uservert=corners.ravel(), inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX)
-            body.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name)
+            spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name)
     scene = spec.compile()
-    return scene, mujoco.MjData(scene)
+    poses = [
+        geom.pose @ pose_matrix(rotation_from_wxyz(turn), place)  # meshes are turned to their axes of inertia
+        for geom, turn, place in zip(geoms, scene.geom_quat, scene.geom_pos, strict=True)
+    ]
+    return scene, mujoco.MjData(scene), np.array(poses).reshape(-1, 4, 4)
 
 
 def _rigid_body(model: HandModel, link: int) -> int:

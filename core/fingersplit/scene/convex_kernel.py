@@ -1,7 +1,7 @@
 """Distance between two primitive shapes and their nearest points: GJK on their cores [Gilbert1988, Ericson2005].
 
 A sphere is a point and a capsule a segment, each with a radius; all other shapes are their own cores. Distances are
-exact to ``ACCURACY``. Where cores overlap, the depth is the least overlap along a few axes, which is never too small.
+exact to ``ACCURACY``. Where cores overlap, the depth is the least overlap along some axes, which is never too small.
 """
 
 import math
@@ -126,29 +126,52 @@ def _farthest_corner(size, direction):
 
 @kernel
 def _overlap(kind, size, rotation, center, other_kind, other_size, other_rotation, other_center, radii):
-    """Least overlap along the shapes' axes, the line of centres and, of two boxes, the edges' normals."""
+    """Least overlap along shapes' axes, the line of centres, normals of boxes' edges and planes of convex solids."""
     offset = subtract(other_center, center)
+    planes = int(size[0]) if kind == CONVEX else 0
+    other_planes = int(other_size[0]) if other_kind == CONVEX else 0
     best, away = math.inf, (0.0, 0.0, 1.0)
-    for i in range(16):
+    for i in range(16 + planes + other_planes):
         if i < 3:
             axis = column(rotation, i)
         elif i < 6:
             axis = column(other_rotation, i - 3)
         elif i == 6:
             axis = offset
-        else:
+        elif i < 16:
             axis = cross(column(rotation, (i - 7) // 3), column(other_rotation, (i - 7) % 3))
+        elif i < 16 + planes:
+            axis = rotate(rotation, _normal(size, i - 16))
+        else:
+            axis = scale(-1.0, rotate(other_rotation, _normal(other_size, i - 16 - planes)))
         length = norm(axis)
         if length < PARALLEL:
             continue
-        axis = scale((1.0 if dot(axis, offset) >= 0.0 else -1.0) / length, axis)
-        depth = core_extent(kind, size, rotation, axis) + core_extent(other_kind, other_size, other_rotation, axis)
+        turned = dot(axis, offset) < 0.0 and i < 16  # planes of a solid look out of it
+        axis = scale((-1.0 if turned else 1.0) / length, axis)
+        depth = _reach(kind, size, rotation, axis) + _reach(other_kind, other_size, other_rotation, scale(-1.0, axis))
         depth -= dot(axis, offset)
         if depth < best:
             best, away = depth, axis
     back = scale(-1.0, away)
     point = _support(other_kind, other_size, other_rotation, other_center, back)
     return min(-best, -radii), add(point, scale(_core_radius(other_kind, other_size), back)), away
+
+
+@kernel
+def _reach(kind, size, rotation, direction):
+    """How far a shape reaches from its centre along a unit direction [m], on that side alone."""
+    if kind == CONVEX:
+        local = rotate_back(rotation, direction)
+        return dot(local, _farthest_corner(size, local))
+    return core_extent(kind, size, rotation, direction)
+
+
+@kernel
+def _normal(size, i):
+    """Outward normal of plane ``i`` of a convex solid, in its own frame."""
+    at = 2 + 4 * i
+    return size[at], size[at + 1], size[at + 2]
 
 
 @kernel

@@ -3,7 +3,10 @@
 import numpy as np
 import pytest
 import trimesh
+from hypothesis import given
+from hypothesis import strategies as st
 from scipy.spatial import ConvexHull
+from scipy.spatial.transform import Rotation
 
 from fingersplit.hands.collision_shapes import convex_solids, planning_shapes
 from fingersplit.hands.fingers import Pad
@@ -72,6 +75,26 @@ def test_two_convex_solids_are_as_far_apart_as_they_are(dome):
             assert gap - 1e-5 <= distance < gap + 0.01
         else:
             assert distance < 0
+
+
+@given(seed=st.integers(0, 2**32 - 1))
+def test_depth_of_two_convex_solids_is_hardly_more_than_the_shortest_way_out(dome, seed):
+    """The shortest way out is exact from the hull of all differences of corners."""
+    rng = np.random.default_rng(seed)
+    corners, rows = primitive_points(dome.kind, dome.size), np.zeros((GJK_ROWS, 3))
+    one, other = Rotation.from_quat(rng.normal(size=(2, 4))).as_matrix()
+    away = rng.normal(size=3)
+    away /= np.linalg.norm(away)
+    reach = (corners @ one.T @ away).max() - (corners @ other.T @ away).min()
+    center = (reach - rng.uniform(0.5e-3, 2e-3)) * away
+    differences = ((corners @ other.T + center)[:, None] - corners @ one.T).reshape(-1, 3)
+    shortest = -ConvexHull(differences).equations[:, 3].max()
+    place = (0.0, 0.0, 0.0), dome.kind, dome.size, other, tuple(center.tolist())
+    distance, _, _ = shape_to_shape(dome.kind, dome.size, one, *place, 0.05, rows)
+    if shortest > 1e-5:
+        assert shortest - 1e-5 <= -distance < shortest + 0.5e-3
+    else:
+        assert distance > -0.5e-3
 
 
 def hand_of_solids(solids: tuple[Solid, ...], pads: tuple[Pad, ...]) -> tuple:

@@ -5,8 +5,9 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from fingersplit.hands.draft.jaws import Jaws, PadSamples
-from fingersplit.hands.draft.sampling import Samples, batched_link_poses
+from fingersplit.hands.draft.sampling import Samples
 from fingersplit.hands.fingers import Pad
+from fingersplit.hands.forward import link_poses
 from fingersplit.hands.model import HandModel
 
 __all__ = ["finger_drivers", "park", "preshapes"]
@@ -89,7 +90,7 @@ def _refine(
     def residuals(angles: Array) -> Array:
         drivers = start.copy()
         drivers[columns] = angles
-        poses = batched_link_poses(model, model.joints_from_drivers(drivers)[None])[0]
+        poses = link_poses(model, model.joints_from_drivers(drivers))
         parts = [MIDDLE_WEIGHT * ((angles - lower) / (upper - lower) * 2 - 1)]
         for f in group:
             normal = poses[pads[f].link, :3, :3] @ pads[f].normal
