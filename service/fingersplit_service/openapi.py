@@ -8,7 +8,7 @@ from fastapi.openapi.utils import get_openapi
 
 from fingersplit.splitting.settings import PlannerSettings
 from fingersplit_client.schemas import Problem
-from fingersplit_service.endpoints.plan import PlanCreate
+from fingersplit_service.endpoints.plan import PLAN_FORM, PlanCreate
 
 __all__ = ["DESCRIPTION", "TAGS", "describe"]
 
@@ -31,6 +31,7 @@ TAGS = [
     {"name": "jobs", "description": "Plans: queued, run by a worker process, and kept."},
     {"name": "outcomes", "description": "What became of planned grasps on robots, beside what was predicted."},
     {"name": "batches", "description": "Many jobs in one request."},
+    {"name": "datasets", "description": "Many grasps of many objects in shards that can be read while more are made."},
     {"name": "hands", "description": "Hands that can be planned for: those that ship, and uploaded ones."},
     {"name": "catalogs", "description": "Metrics, file formats and sources of parallel grasps that are known."},
     {"name": "usage", "description": "What a key uses, and how much it may."},
@@ -41,6 +42,7 @@ _MAKERS = {
     "/v1/objects": ("object_id", "id"),
     "/v1/jobs": ("job_id", "id"),
     "/v1/batches": ("batch_id", "id"),
+    "/v1/datasets": ("dataset_id", "id"),
     "/v1/hands": ("hand_id", "name"),
 }
 """What makes a thing: the parameter that others name it by, and the member of the answer that has it."""
@@ -68,11 +70,13 @@ def _complete_schema(app: FastAPI) -> dict[str, Any]:
     )
     _add_links(schema["paths"])
     _mark_binary(schema["paths"])
+    _drop_null(schema["paths"])
     components = schema["components"]["schemas"]
     problem = Problem.model_json_schema(ref_template="#/components/schemas/{model}")
     plan = PlanCreate.model_json_schema(ref_template="#/components/schemas/{model}")
     components.update(problem.pop("$defs"), Problem=problem)
-    components.update(plan.pop("$defs"), PlanCreate=plan)
+    components.update(plan.pop("$defs"), PlanCreate=plan, PlanForm=PLAN_FORM)
+    _join_types(components)
     planner = components["JobCreate"]["properties"]["planner"]
     planner["description"] += " Known settings:\n" + "\n".join(
         f"* `{one.name}` [{one.metadata['unit'] or 'flag'}], default {one.default}: {one.metadata['doc']}"
@@ -90,6 +94,23 @@ def _mark_binary(paths: dict[str, Any]) -> None:
         for media_type, content in answer.get("content", {}).items():
             if not media_type.startswith("text/") and "json" not in media_type:
                 content["schema"] = {"type": "string", "format": "binary"}
+
+
+def _drop_null(paths: dict[str, Any]) -> None:
+    """Let parameters that may be left out have one type: null can be sent in no query and no header."""
+    operations = (operation for item in paths.values() for operation in item.values())
+    for schema in (parameter["schema"] for one in operations for parameter in one.get("parameters", [])):
+        known = [kind for kind in schema.pop("anyOf", []) if kind != {"type": "null"}]
+        schema.update(known[0] if len(known) == 1 else {"anyOf": known} if known else {})
+
+
+def _join_types(part: Any) -> None:
+    """Write plain alternatives of further members as one list of types, which more generators of clients can read."""
+    for member in part.values() if isinstance(part, dict) else part if isinstance(part, list) else ():
+        _join_types(member)
+    further = part.get("additionalProperties") if isinstance(part, dict) else None
+    if isinstance(further, dict) and all(kind.keys() == {"type"} for kind in further.get("anyOf", [{}])):
+        further["type"] = [kind["type"] for kind in further.pop("anyOf")]
 
 
 def _add_links(paths: dict[str, Any]) -> None:
@@ -111,9 +132,9 @@ def _add_links(paths: dict[str, Any]) -> None:
         }
         if maker == "/v1/objects":
             plan = paths["/v1/jobs"]["post"]
+            # Without `requestBody`: generators of clients refuse one that is an object with an expression in it.
             links[plan["operationId"]] = {
                 "operationId": plan["operationId"],
-                "requestBody": {"object_id": "$response.body#/id"},
                 "description": f"{plan['summary']}: `object_id` in its body is this answer's `id`.",
             }
         for status, answer in paths[maker]["post"]["responses"].items():

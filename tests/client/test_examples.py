@@ -110,13 +110,14 @@ def test_grasps_of_data_sets_are_starts(write, said, service: str, tmp_path: Pat
 
 @pytest.mark.campaign
 def test_a_depth_image_becomes_a_grasp(service: str, tmp_path: Path) -> None:
-    """A camera that looks down on a box of 5 x 7 x 6 cm on a table."""
+    """A camera that looks down on a ball of 7 cm on a table."""
     rows, columns = np.mgrid[:240, :320]
-    focal = 400.0
-    depth = np.full((240, 320), 0.5)
-    top = 0.5 - 0.06
-    inside = (abs((columns - 160) * top / focal) < 0.025) & (abs((rows - 120) * top / focal) < 0.035)
-    depth[inside] = top
+    focal, radius, distance = 400.0, 0.035, 0.5
+    rays = np.dstack([(columns - 160) / focal, (rows - 120) / focal, np.ones((240, 320))])
+    square, along = (rays**2).sum(axis=-1), rays[..., 2] * (distance - radius)
+    root = along**2 - square * ((distance - radius) ** 2 - radius**2)
+    inside = root > 0  # where a ray meets the ball
+    depth = np.where(inside, (along - np.sqrt(np.maximum(root, 0))) / square, distance)
     np.savez(tmp_path / "view.npz", depth=depth, intrinsics=[focal, focal, 160, 120], mask=inside)
     shown = run(service, "depth_to_grasp.py", tmp_path / "view.npz")
     assert shown[0].startswith("<PlanResult barrett on")

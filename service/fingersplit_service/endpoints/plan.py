@@ -31,7 +31,7 @@ from fingersplit_service.problems import ProblemError, ProblemKind, problem_answ
 from fingersplit_service.security.access import Planner
 from fingersplit_service.storage import Storage
 
-__all__ = ["PATH", "InlineObject", "ObjectDescription", "PlanCreate", "router"]
+__all__ = ["PATH", "PLAN_FORM", "InlineObject", "ObjectDescription", "PlanCreate", "router"]
 
 PATH = "/v1/plan"
 router = APIRouter(tags=["jobs"])
@@ -70,25 +70,27 @@ class PlanCreate(JobCreate):
 
 
 _FORM = ExactForm(*OBJECT_FIELDS, "job")
+PLAN_FORM: dict[str, Any] = {
+    "title": "PlanForm",
+    "description": "What to plan, as a form with the object's file.",
+    "type": "object",
+    "required": ["file"],
+    "properties": {
+        "file": {"type": "string", "format": "binary", "description": "The mesh or point cloud."},
+        "job": {
+            "type": "string",
+            "contentMediaType": "application/json",
+            "description": "A `JobCreate` without `object_id`; other fields are those of uploads.",
+        },
+    },
+}
+"""Schema of the form; it has a name, since generators of clients make up one that is taken."""
 _BODY: dict[str, Any] = {
     "requestBody": {
         "required": True,
         "content": {
             "application/json": {"schema": {"$ref": "#/components/schemas/PlanCreate"}},
-            "multipart/form-data": {
-                "schema": {
-                    "type": "object",
-                    "required": ["file"],
-                    "properties": {
-                        "file": {"type": "string", "format": "binary", "description": "The mesh or point cloud."},
-                        "job": {
-                            "type": "string",
-                            "contentMediaType": "application/json",
-                            "description": "A `JobCreate` without `object_id`; other fields are those of uploads.",
-                        },
-                    },
-                }
-            },
+            "multipart/form-data": {"schema": {"$ref": "#/components/schemas/PlanForm"}},
         },
     }
 }
