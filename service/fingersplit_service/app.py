@@ -13,6 +13,7 @@ from fastapi_offline import FastAPIOffline
 from fingersplit_service.endpoints import (
     batches,
     catalogs,
+    datasets,
     events,
     exports,
     grasps,
@@ -54,7 +55,7 @@ __all__ = ["create_app", "create_worker_app"]
 
 _RESOURCES = (
     *(plan, object_lookup, objects, parallel_grasps, jobs, grasps, views, exports),
-    *(scenes, events, outcomes, batches, hands, catalogs, usage, sessions, health),
+    *(scenes, events, outcomes, batches, datasets, hands, catalogs, usage, sessions, health),
 )
 _UPLOADS = re.compile(f"{objects.PATH}(/[^/]+/parallel-grasps/import)?|{hands.PATH}")
 _MULTIPART_OVERHEAD = 64 * 1024  # boundaries, part headers, and the other fields [bytes]

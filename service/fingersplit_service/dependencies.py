@@ -4,6 +4,7 @@ from typing import Annotated
 
 from fastapi import Depends, Request
 
+from fingersplit_service.jobs.dataset_service import DatasetService
 from fingersplit_service.jobs.hand_catalog import HandCatalog
 from fingersplit_service.jobs.hand_service import HandService
 from fingersplit_service.jobs.job_service import JobService
@@ -19,6 +20,7 @@ from fingersplit_service.storage import Storage
 
 __all__ = [
     "Catalog",
+    "Datasets",
     "Files",
     "Hands",
     "Jobs",
@@ -54,6 +56,10 @@ async def _outcomes(request: Request) -> OutcomeService:
     return _runtime(request).outcomes
 
 
+async def _datasets(request: Request) -> DatasetService:
+    return _runtime(request).datasets
+
+
 async def _hands(request: Request) -> HandService:
     return _runtime(request).hands
 
@@ -86,6 +92,7 @@ Jobs = Annotated[JobService, Depends(_jobs)]
 Objects = Annotated[ObjectService, Depends(_objects)]
 Results = Annotated[ResultService, Depends(_results)]
 Outcomes = Annotated[OutcomeService, Depends(_outcomes)]
+Datasets = Annotated[DatasetService, Depends(_datasets)]
 Hands = Annotated[HandService, Depends(_hands)]
 Catalog = Annotated[HandCatalog, Depends(_catalog)]
 Operations = Annotated[HealthService, Depends(_health)]

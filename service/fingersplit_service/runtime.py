@@ -15,6 +15,7 @@ from typing import Literal
 from fingersplit_service.blobs import BlobStore
 from fingersplit_service.database.cluster_queue import ClusterQueue
 from fingersplit_service.database.connection import Database, database_url
+from fingersplit_service.database.datasets import DatasetStore
 from fingersplit_service.database.follow_ups import FollowUpStore
 from fingersplit_service.database.hands import HandStore
 from fingersplit_service.database.jobs import JobStore
@@ -25,6 +26,8 @@ from fingersplit_service.database.queue import JobQueue
 from fingersplit_service.database.usage import Limits, UsageStore
 from fingersplit_service.jobs.agent import Agent
 from fingersplit_service.jobs.cluster_notifier import ClusterNotifier
+from fingersplit_service.jobs.dataset_rounds import DatasetRounds
+from fingersplit_service.jobs.dataset_service import DatasetService
 from fingersplit_service.jobs.dispatcher import Dispatcher
 from fingersplit_service.jobs.follow_ups import FollowUps
 from fingersplit_service.jobs.hand_catalog import HandCatalog
@@ -64,6 +67,7 @@ class Runtime:
     objects: ObjectService
     results: ResultService
     outcomes: OutcomeService
+    datasets: DatasetService
     hands: HandService
     catalog: HandCatalog
     health: HealthService
@@ -123,12 +127,17 @@ async def running(
         catalog = HandCatalog(pool, hand_store)
         jobs = JobService(job_store, object_store, catalog, runner, notifier, storage, metrics, settings)
         results = ResultService(jobs, storage, pool, functions, settings)
+        dataset_store = DatasetStore(database)
+        rounds = DatasetRounds(dataset_store, job_store, jobs, settings.keep_jobs_s)
+        if role == "serve":
+            stack.push_async_callback(_end, asyncio.create_task(rounds.run()))
         yield Runtime(
             settings=settings,
             jobs=jobs,
             objects=ObjectService(object_store, storage, pool, functions, catalog, settings, usage),
             results=results,
             outcomes=OutcomeService(OutcomeStore(database), jobs, results),
+            datasets=DatasetService(dataset_store, jobs, object_store, results, rounds.wake),
             hands=HandService(hand_store, catalog, storage, pool, functions, settings),
             catalog=catalog,
             health=HealthService(job_store, pool, storage, notifier, metrics),

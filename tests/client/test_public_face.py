@@ -16,7 +16,7 @@ from fingersplit_client.modes import operation, stream
 from fingersplit_client.options import JobKeywords, ObjectKeywords, PlanKeywords
 from fingersplit_client.schemas import JobCreate, ObjectLookup
 
-RESOURCES = ("objects", "parallel_grasps", "hands", "jobs", "batches", "outcomes")
+RESOURCES = ("objects", "parallel_grasps", "hands", "jobs", "batches", "datasets", "outcomes")
 
 
 def test_all_names_what_is_public() -> None:

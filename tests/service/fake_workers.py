@@ -16,6 +16,7 @@ from typing import Any
 
 from fingersplit.errors import FormatError, HandError
 from fingersplit_client.schemas import JobCreate, ParallelGraspsGenerate, Verification
+from fingersplit_service.jobs.dataset_shards import SHARD, ShardTask
 from fingersplit_service.jobs.hand_work import HandTask, HandUpload
 from fingersplit_service.jobs.outcome import JobOutcome, JobResultRow
 from fingersplit_service.jobs.planning import STARTS, PlanTask
@@ -155,6 +156,12 @@ def draw_starts(storage: Storage, task: PlanTask) -> None:
         staged.write_bytes(gzip.compress(b"{}"))
 
 
+def write_shard(storage: Storage, task: ShardTask) -> None:
+    assert json.loads(task.result)["grasps"]
+    with storage.atomic(storage.view(task.job_id, 0, SHARD), make_folder=False) as staged:
+        staged.write_bytes(f"shard {task.item.index} {task.number}".encode())
+
+
 def convert(result: str, format_name: str, rank: int | None) -> ExportedFile:
     assert json.loads(result)["grasps"]
     if format_name not in {"moveit", "isaac_grasp"}:
@@ -219,6 +226,7 @@ FUNCTIONS = WorkerFunctions(
     render=render,
     export=export_mesh,
     convert=convert,
+    write_shard=write_shard,
     draw_starts=draw_starts,
     add_hand=add_hand,
     correct_hand=correct_hand,

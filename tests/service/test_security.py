@@ -64,6 +64,9 @@ async def guarded(tmp_path_factory, anyio_backend):
         await api.ended(api.ids["job_id"])
         outcome = await api.http.post(f"/v1/jobs/{api.ids['job_id']}/grasps/1/outcome", json={"held": True})
         api.ids["outcome_id"] = outcome.json()["id"]
+        asked = {"objects": [object_id], "per_object": 1, "job": {"hand": FINE}}
+        dataset = await api.http.post("/v1/datasets", json=asked)
+        api.ids |= {"dataset_id": dataset.json()["id"], "index": "0", "number": "0"}
         yield api
 
 
@@ -75,6 +78,7 @@ BODIES = {
     "/v1/jobs/{job_id}/grasps/{rank}/outcome": {"held": True},
     "/v1/hands/{hand_id}/descriptions": {"description": "title = 'Mine'"},
     "/v1/jobs": {"object_id": "{object_id}"},
+    "/v1/datasets": {"objects": ["{object_id}"]},
     "/v1/batches": {"jobs": [{"object_id": "{object_id}"}]},
     "/v1/objects/{object_id}/parallel-grasps": {
         "parallel_grasps": [{"contacts": [[0.03, 0, 0], [-0.03, 0, 0]], "approach": [0, 0, -1]}]
@@ -131,11 +135,11 @@ async def test_nothing_crosses_from_one_key_to_another(guarded):
     for method, path in named:
         response = await ask(guarded, method, path, bearer(guarded.theirs))
         assert response.status_code == 404, (method, path, response.text)
-    for path in ("/v1/jobs", "/v1/objects", "/v1/outcomes"):
+    for path in ("/v1/jobs", "/v1/objects", "/v1/outcomes", "/v1/batches", "/v1/datasets"):
         assert (await guarded.http.get(path, headers=bearer(guarded.theirs))).json()["items"] == []
     hands = (await guarded.http.get("/v1/hands", headers=bearer(guarded.theirs))).json()
     assert guarded.ids["hand_id"] not in {hand["name"] for hand in hands}
-    for path in ("/v1/jobs", "/v1/batches"):
+    for path in ("/v1/jobs", "/v1/batches", "/v1/datasets"):
         response = await ask(guarded, "post", path, bearer(guarded.theirs))
         assert response.status_code == 422
         assert "There is no object" in response.json()["detail"]

@@ -15,6 +15,7 @@ from fingersplit_client.mesh_files import MeshSource
 from fingersplit_client.modes import Awaited, Blocking, Bound, Mode, operation, stream
 from fingersplit_client.options import PlanKeywords
 from fingersplit_client.resources.batches import Batches
+from fingersplit_client.resources.datasets import Datasets
 from fingersplit_client.resources.hands import Hands
 from fingersplit_client.resources.jobs import Jobs
 from fingersplit_client.resources.objects import Objects
@@ -41,6 +42,7 @@ class _Operations(Bound[Mode], Generic[Mode]):
         hands: Hands that can be planned for.
         jobs: Plans, from the queue to the result.
         batches: Many jobs in one request.
+        datasets: Many grasps of many objects.
         outcomes: What became of grasps on robots.
         scenes: Depth images cut into objects and scenes.
     """
@@ -53,6 +55,7 @@ class _Operations(Bound[Mode], Generic[Mode]):
         self.hands = Hands(mode)
         self.jobs = Jobs(mode)
         self.batches = Batches(mode)
+        self.datasets = Datasets(mode)
         self.outcomes = Outcomes(mode)
         self.scenes = Scenes(mode)
 

@@ -13,9 +13,8 @@ from fingersplit.hands.hand import Hand
 from fingersplit.result.grasp import GraspResult, PalmPose
 from fingersplit.result.plan import PlanResult
 
-__all__ = ["COLUMNS", "SCHEMA", "SCHEMA_VERSION", "Column", "cause_of", "grasp_id", "metric_names", "rows_of"]
+__all__ = ["COLUMNS", "Column", "cause_of", "grasp_id", "metric_names", "rows_of"]
 
-SCHEMA, SCHEMA_VERSION = "fingersplit-dataset", 1
 TEXT = "text"
 NAN3, NAN4 = (math.nan,) * 3, (math.nan,) * 4
 NOT_VERIFIED = -1

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from fingersplit.dataset.folder import DatasetFolder
-from fingersplit.dataset.order import MAX_ROUND, DatasetObject, DatasetOrder
+from fingersplit.dataset.order import BARREN, MAX_ROUND, DatasetObject, DatasetOrder
 from fingersplit.dataset.shards import selection, shard_path, write_shard
 from fingersplit.errors import DatasetError, FingersplitError, ObjectFileError
 from fingersplit.hands.hand import Hand
@@ -14,9 +14,6 @@ __all__ = ["ObjectRefusedError", "PlanRound", "fill_object"]
 
 PlanRound = Callable[[int, int], PlanResult]
 """From the number of a round and the grasps that are missing to its result."""
-
-BARREN = 3
-"""Rounds in a row without a grasp that counts, after which an object is given up."""
 
 
 class ObjectRefusedError(FingersplitError):

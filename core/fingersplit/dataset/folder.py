@@ -5,12 +5,10 @@ import json
 import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from fingersplit.dataset.columns import SCHEMA, SCHEMA_VERSION
-from fingersplit.dataset.order import SPLITS, DatasetObject, DatasetOrder
+from fingersplit.dataset.order import SCHEMA, SCHEMA_VERSION, SPLITS, DatasetObject, DatasetOrder, manifest_of
 from fingersplit.dataset.shards import PART, ShardHead, read_head
 from fingersplit.errors import DatasetError
 
@@ -56,12 +54,7 @@ class DatasetFolder:
             yield
 
     def _claim(self, order: DatasetOrder, objects: Sequence[DatasetObject]) -> None:
-        manifest = {
-            "schema": SCHEMA,
-            "schema_version": SCHEMA_VERSION,
-            "order": order.to_document(),
-            "objects": [asdict(item) for item in objects],
-        }
+        manifest = manifest_of(order, objects)
         file = self.path / MANIFEST
         if not file.exists():
             if any(child.name != LOCK for child in self.path.iterdir()):

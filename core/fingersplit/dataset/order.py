@@ -1,20 +1,36 @@
 """What a data set is to hold: objects, hand, how many grasps of each, and everything they depend on."""
 
 import hashlib
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Any, Self
 
 from fingersplit.errors import DatasetError
 
-__all__ = ["SPLITS", "SUFFIXES", "DatasetObject", "DatasetOrder", "find_objects"]
+__all__ = [
+    "BARREN",
+    "MAX_ROUND",
+    "SCHEMA",
+    "SCHEMA_VERSION",
+    "SPLITS",
+    "SUFFIXES",
+    "DatasetObject",
+    "DatasetOrder",
+    "divide",
+    "find_objects",
+    "manifest_of",
+]
 
+SCHEMA, SCHEMA_VERSION = "fingersplit-dataset", 1
 SPLITS = ("train", "validation", "test")
 SUFFIXES = (".glb", ".npz", ".obj", ".off", ".pcd", ".ply", ".stl")
 """Files that are taken from a folder."""
 MAX_ROUND = 100
 """Most grasps that one round returns; services have the same limit."""
+
+BARREN = 3
+"""Rounds in a row without a grasp that counts, after which an object is given up."""
 
 
 @dataclass(frozen=True)
@@ -149,15 +165,30 @@ def find_objects(paths: Iterable[Path], split: Sequence[float]) -> tuple[list[Da
             names.append(digest)
     if not files:
         raise DatasetError(f"There is no object; endings of their files are {', '.join(SUFFIXES)}.")
-    by_hash, total = sorted(files), sum(split)
-    bounds = [round(len(files) * sum(split[: k + 1]) / total) for k in range(3)]
-    parts = {
-        sha: next(s for s, bound in zip(SPLITS, bounds, strict=True) if i < bound) for i, sha in enumerate(by_hash)
-    }
+    parts = divide(files, split)
     objects = [
         DatasetObject(index, files[sha].stem, files[sha].name, sha, parts[sha]) for index, sha in enumerate(names)
     ]
     return objects, [files[sha] for sha in names], remarks
+
+
+def manifest_of(order: DatasetOrder, objects: Sequence[DatasetObject]) -> dict[str, Any]:
+    """What the manifest of a data set says."""
+    return {
+        "schema": SCHEMA,
+        "schema_version": SCHEMA_VERSION,
+        "order": order.to_document(),
+        "objects": [asdict(item) for item in objects],
+    }
+
+
+def divide(hashes: Collection[str], split: Sequence[float]) -> dict[str, str]:
+    """The split of every object, by its hash: sorted by it and cut at the shares."""
+    bounds = [round(len(hashes) * sum(split[: k + 1]) / sum(split)) for k in range(3)]
+    return {
+        sha: next(s for s, bound in zip(SPLITS, bounds, strict=True) if i < bound)
+        for i, sha in enumerate(sorted(hashes))
+    }
 
 
 def _files(paths: Iterable[Path]) -> Iterable[Path]:

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fingersplit.dataset.columns import COLUMNS, SCHEMA, SCHEMA_VERSION, TEXT, metric_names, rows_of
-from fingersplit.dataset.order import DatasetObject, DatasetOrder
+from fingersplit.dataset.columns import COLUMNS, TEXT, metric_names, rows_of
+from fingersplit.dataset.order import SCHEMA, SCHEMA_VERSION, DatasetObject, DatasetOrder
 from fingersplit.errors import DatasetError
 from fingersplit.extras import extra
 from fingersplit.hands.hand import Hand

@@ -9,7 +9,7 @@ import sqlalchemy as sa
 from fingersplit_client.schemas import JobState
 from fingersplit_service.database.connection import Store, accepting, reading, transaction
 from fingersplit_service.database.rows import LISTED_COLUMNS, JobRow, NewJob, job_row, one_job
-from fingersplit_service.database.tables import jobs, objects, results
+from fingersplit_service.database.tables import datasets, jobs, objects, results
 from fingersplit_service.database.usage import Limits, count_jobs, refuse_excess
 
 # Statements that every job runs through are built once: building one takes longer than SQLite does to run it.
@@ -182,6 +182,25 @@ class JobStore(Store):
         """Ids and states of a batch's jobs in their order; empty when the owner has no such batch."""
         query = sa.select(jobs.c.id, jobs.c.state).where(jobs.c.owner == owner, jobs.c.batch_id == batch_id)
         return [(job_id, state) for job_id, state in connection.execute(query.order_by(jobs.c.number))]
+
+    @reading
+    def batches(
+        self, connection: sa.Connection, owner: str, before: int | None, limit: int
+    ) -> list[tuple[int, str, dict[JobState, int]]]:
+        """Batches, newest first, older than the place ``before``: place of the first job, id, counts by state."""
+        filled = sa.select(datasets.c.id).where(datasets.c.owner == owner)
+        of_owner = sa.and_(jobs.c.owner == owner, jobs.c.batch_id.is_not(None), jobs.c.batch_id.not_in(filled))
+        first = sa.func.min(jobs.c.number)
+        query = sa.select(jobs.c.batch_id, first).where(of_owner).group_by(jobs.c.batch_id)
+        if before is not None:
+            query = query.having(first < before)
+        places = {row[0]: row[1] for row in connection.execute(query.order_by(first.desc()).limit(limit))}
+        counted = sa.select(jobs.c.batch_id, jobs.c.state, sa.func.count()).where(jobs.c.owner == owner)
+        counts: dict[str, dict[JobState, int]] = {batch_id: {} for batch_id in places}
+        grouped = counted.where(jobs.c.batch_id.in_(list(places))).group_by(jobs.c.batch_id, jobs.c.state)
+        for batch_id, state, count in connection.execute(grouped):
+            counts[batch_id][state] = count
+        return [(place, batch_id, counts[batch_id]) for batch_id, place in places.items()]
 
     @reading
     def states(self, connection: sa.Connection, job_ids: Sequence[str]) -> list[JobRow]:

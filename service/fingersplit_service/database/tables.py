@@ -8,6 +8,8 @@ import sqlalchemy as sa
 __all__ = [
     "agents",
     "api_keys",
+    "dataset_rounds",
+    "datasets",
     "grasp_outcomes",
     "hands",
     "jobs",
@@ -167,6 +169,35 @@ hands = sa.Table(
     sa.Column("created_at", _Time, nullable=False),
     sa.Index("ix_hands_owner_id", "owner", "id", unique=True),
     sa.Index("ix_hands_id", "id"),
+)
+
+datasets = sa.Table(
+    "datasets",
+    metadata,
+    sa.Column("number", _Number, primary_key=True, comment="order of acceptance"),
+    sa.Column("owner", _Id, nullable=False),
+    sa.Column("id", _Id, nullable=False, unique=True, comment="also the batch of the jobs that fill it"),
+    sa.Column("state", sa.String(16), nullable=False, comment="running, complete, cancelled"),
+    sa.Column("request", sa.Text, nullable=False, comment="DatasetCreate"),
+    sa.Column("objects", sa.Text, nullable=False, comment="list of index, id, name, split"),
+    sa.Column("created_at", _Time, nullable=False),
+    sa.Column("finished_at", _Time),
+    sa.Index("ix_datasets_owner_number", "owner", "number"),
+    sa.Index("ix_datasets_state", "state"),
+)
+
+dataset_rounds = sa.Table(
+    "dataset_rounds",
+    metadata,
+    sa.Column("dataset_id", _Id, primary_key=True),
+    sa.Column("object_index", sa.Integer, primary_key=True, autoincrement=False),
+    sa.Column("round", sa.Integer, primary_key=True, autoincrement=False),
+    sa.Column("job_id", _Id, nullable=False),
+    sa.Column("missing", sa.Integer, nullable=False, comment="grasps that were missing when it began"),
+    sa.Column("state", sa.String(16), nullable=False, comment="open, planned, failed"),
+    *(sa.Column(name, sa.Integer, nullable=False) for name in ("grasps", "feasible", "held", "selected")),
+    sa.Column("error_code", sa.String(32)),
+    sa.Column("error_detail", sa.Text),
 )
 
 api_keys = sa.Table(

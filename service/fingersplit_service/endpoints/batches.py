@@ -5,9 +5,9 @@ from typing import Annotated
 
 from fastapi import APIRouter, Path, Response
 
-from fingersplit_client.schemas import Batch, BatchCreate, JobState
+from fingersplit_client.schemas import Batch, BatchCreate, BatchPage, JobState
 from fingersplit_service.dependencies import Jobs, Objects
-from fingersplit_service.endpoints.documents import ID_PATTERN
+from fingersplit_service.endpoints.documents import ID_PATTERN, Cursor, Limit, next_cursor, place
 from fingersplit_service.endpoints.job_requests import IdempotencyKey, refuse_untouching
 from fingersplit_service.problems import ProblemKind, problem_answers
 from fingersplit_service.security.access import Planner, Reader
@@ -48,6 +48,14 @@ async def create_batch(
         response.headers["Idempotent-Replayed"] = "true"
     states = Counter(row.state for row in rows)
     return Batch(id=batch_id, states=dict(states), job_ids=[row.id for row in rows])
+
+
+@router.get(PATH, summary="List batches", responses=problem_answers(ProblemKind.INVALID_REQUEST))
+async def list_batches(jobs: Jobs, principal: Reader, limit: Limit = 100, cursor: Cursor = None) -> BatchPage:
+    """Batches and how their jobs stand together, newest first."""
+    found = await jobs.batches(principal.owner, place(cursor), limit)
+    items = [Batch(id=batch_id, states=states, job_ids=[]) for _, batch_id, states in found]
+    return BatchPage(items=items, next_cursor=next_cursor([number for number, _, _ in found], limit))
 
 
 @router.post(

@@ -119,6 +119,21 @@ class JobService:
         assert rows[0].batch_id is not None  # what they were queued with
         return rows[0].batch_id, rows, fresh
 
+    async def check(self, owner: str, request: JobCreate, prefix: str = "") -> None:
+        """Refuse what `submit` would refuse, but for limits; ``prefix`` is where it stands, as a JSON pointer."""
+        await new_job(self._objects, self._hands, owner, request, prefix)
+
+    async def submit_as(
+        self, owner: str, request: JobCreate, job_id: str, *, batch_id: str, idempotency_key: str
+    ) -> None:
+        """Queue a job of a batch under an id of the caller's; a second call does nothing. Raises as `submit`."""
+        new = replace(await new_job(self._objects, self._hands, owner, request), id=job_id)
+        await self._accept(owner, [new], batch_id=batch_id, idempotency_key=idempotency_key)
+
+    async def batches(self, owner: str, before: int | None, limit: int) -> list[tuple[int, str, dict[JobState, int]]]:
+        """Batches of an owner, newest first, older than the place ``before``: place, id and counts by state."""
+        return await self._jobs.batches(owner, before, limit)
+
     async def get(self, owner: str, job_id: str) -> JobView:
         """A job as it stands.
 

@@ -4,11 +4,13 @@ import asyncio
 import json
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from fingersplit.errors import FormatError, HandError, ResultError
 from fingersplit_client.schemas import JobCreate
+from fingersplit_service.jobs.dataset_shards import SHARD, ShardTask
 from fingersplit_service.jobs.errors import InvalidField, NotFinished, NotFound, ResourceGone
 from fingersplit_service.jobs.job_service import JobService, JobView
 from fingersplit_service.jobs.planning import STARTS, PlanTask
@@ -104,13 +106,27 @@ class ResultService:
         path = self._storage.view(job_id, 0, STARTS)
         return await self._made(owner, job, path, self._functions.draw_starts, task, deadline)
 
+    async def shard(self, owner: str, task: ShardTask) -> Path:
+        """The file of a data set's round, made by a worker unless it is there.
+
+        Raises:
+            NotFound: No such job, or it has no result.
+            NotFinished: The job has not ended.
+            ResourceGone: It cannot be made any more.
+        """
+        job = await self._ended(owner, task.job_id)
+        if job.result is None:
+            raise NotFound(f"Job {task.job_id} has no result.")
+        path = self._storage.view(task.job_id, 0, SHARD)
+        return await self._made(owner, job, path, self._functions.write_shard, replace(task, result=job.result))
+
     async def _made(
         self,
         owner: str,
         job: JobView,
         path: Path,
         function: Callable[[Storage, Any], None],
-        task: RenderTask | PlanTask,
+        task: RenderTask | PlanTask | ShardTask,
         deadline_s: float | None = None,
     ) -> Path:
         """A file of a job, made by a worker unless it is there."""

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from fingersplit_client.schemas import ParallelGraspsGenerate, Unit
+from fingersplit_service.jobs.dataset_shards import ShardTask, write_shard_of
 from fingersplit_service.jobs.hand_work import HandTask, HandUpload, add_hand, correct_hand, stored_hand, view_hand
 from fingersplit_service.jobs.outcome import JobOutcome
 from fingersplit_service.jobs.planning import PlanTask, draw_starts, plan_job
@@ -315,6 +316,7 @@ class WorkerFunctions:
     render: Callable[[Storage, RenderTask], None] = render_view
     draw_starts: Callable[[Storage, PlanTask], None] = draw_starts
     export: Callable[[Storage, str, str], None] = export_mesh
+    write_shard: Callable[[Storage, ShardTask], None] = write_shard_of
     convert: Callable[[str, str, int | None], ExportedFile] = convert_result
     add_hand: Callable[[Storage, HandUpload], dict[str, Any]] = add_hand
     correct_hand: Callable[[Storage, str, str], dict[str, Any]] = correct_hand

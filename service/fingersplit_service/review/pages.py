@@ -29,6 +29,9 @@ _TITLES = {
     "new": "New run",
     "run": "Run",
     "compare": "Comparison",
+    "sets": "Data sets",
+    "set": "Data set",
+    "batch": "Batch",
     "hands": "Hands",
     "hand": "Hand",
     "login": "Sign in",
@@ -75,7 +78,7 @@ def _read_pages() -> dict[str, _SiteFile]:
     frame, pages = Template(site.joinpath("frame.html").read_text()), {}
     for name, title in _TITLES.items():
         content = indent(site.joinpath(f"{name}.html").read_text().rstrip(), 6 * " ")
-        here = {f"at_{place}": _HERE if name == place else "" for place in ("list", "new", "hands")}
+        here = {f"at_{place}": _HERE if name == place else "" for place in ("list", "new", "sets", "hands")}
         page = frame.substitute(here, title=title, name=name, content=content)
         pages[name] = _site_file(page.encode(), "html")
     return pages
@@ -105,6 +108,24 @@ async def new_page(known: Known = None) -> Response:
 async def run_page(_job_id: str, known: Known = None) -> Response:
     """One run."""
     return _page("run", known)
+
+
+@router.get("/datasets")
+async def sets_page(known: Known = None) -> Response:
+    """Data sets and batches."""
+    return _page("sets", known)
+
+
+@router.get("/datasets/{_dataset_id}")
+async def set_page(_dataset_id: str, known: Known = None) -> Response:
+    """One data set."""
+    return _page("set", known)
+
+
+@router.get("/batches/{_batch_id}")
+async def batch_page(_batch_id: str, known: Known = None) -> Response:
+    """One batch."""
+    return _page("batch", known)
 
 
 @router.get("/hands")

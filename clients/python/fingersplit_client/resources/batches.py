@@ -3,11 +3,11 @@
 from collections.abc import Sequence
 from typing import Generic
 
-from fingersplit_client._exchange import dump, parse, quoted
+from fingersplit_client._exchange import dump, given, parse, quoted
 from fingersplit_client._flow import Flow
 from fingersplit_client.modes import Mode, operation
 from fingersplit_client.resources.resource import Resource
-from fingersplit_client.schemas import Batch, BatchCreate, JobCreate
+from fingersplit_client.schemas import Batch, BatchCreate, BatchPage, JobCreate
 
 __all__ = ["Batches"]
 
@@ -20,6 +20,12 @@ class Batches(Resource[Mode], Generic[Mode]):
         """Queue many jobs; all are accepted, or none is."""
         response = yield from self._exchange("POST", "/v1/batches", json=dump(BatchCreate(jobs=list(requests))))
         return parse(Batch, response)
+
+    @operation
+    def list(self, *, limit: int = 100, cursor: str | None = None) -> Flow[BatchPage]:
+        """A page of the batches, newest first; ``next_cursor`` of one page is ``cursor`` of the next."""
+        params = given(limit=limit, cursor=cursor)
+        return parse(BatchPage, (yield from self._exchange("GET", "/v1/batches", params=params)))
 
     @operation
     def get(self, batch_id: str) -> Flow[Batch]:

@@ -15,9 +15,21 @@ from fingersplit_client.schemas.base import (
     Vector3,
 )
 from fingersplit_client.schemas.catalogs import ControllerInfo, FileFormatInfo, MetricInfo, ProtocolInfo, SourceInfo
+from fingersplit_client.schemas.datasets import (
+    Dataset,
+    DatasetCreate,
+    DatasetError,
+    DatasetObject,
+    DatasetPage,
+    DatasetRound,
+    DatasetShard,
+    DatasetState,
+    DatasetSummary,
+)
 from fingersplit_client.schemas.jobs import (
     Batch,
     BatchCreate,
+    BatchPage,
     GraspCurve,
     GraspVerification,
     Job,
@@ -93,10 +105,20 @@ from fingersplit_client.schemas.verification import (
 __all__ = [
     "Batch",
     "BatchCreate",
+    "BatchPage",
     "CloudReport",
     "Contact",
     "ControllerInfo",
     "ControllerName",
+    "Dataset",
+    "DatasetCreate",
+    "DatasetError",
+    "DatasetObject",
+    "DatasetPage",
+    "DatasetRound",
+    "DatasetShard",
+    "DatasetState",
+    "DatasetSummary",
     "Document",
     "FileFormatInfo",
     "Grasp",

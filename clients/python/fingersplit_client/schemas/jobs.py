@@ -12,6 +12,7 @@ from fingersplit_client.schemas.verification import Verification
 __all__ = [
     "Batch",
     "BatchCreate",
+    "BatchPage",
     "GraspCurve",
     "GraspVerification",
     "Job",
@@ -220,6 +221,13 @@ class Batch(Document):
     id: str = Field(description="Id of the batch; `GET /v1/jobs?batch_id=` lists its jobs.")
     states: dict[JobState, int] = Field(description="How many of its jobs are in each state.")
     job_ids: list[str] = Field(description="Ids of its jobs, in the order of the request.")
+
+
+class BatchPage(Document):
+    """Some batches, newest first, and where the next page begins; ids of jobs are left out."""
+
+    items: list[Batch] = Field(description="The batches of this page, with empty `job_ids`.")
+    next_cursor: str | None = Field(description="Value of `cursor` for the next page; null on the last one.")
 
 
 class GraspVerification(Document):

@@ -50,6 +50,16 @@ export const correctHand = (name, description) => post(`/v1/hands/${name}/descri
 export const deleteHand = (name) => call(`/v1/hands/${name}`, { method: "DELETE" });
 export const signIn = (key) => post("/review/session", { key });
 
+export const objects = (limit) => call(`/v1/objects?limit=${limit}`);
+export const datasets = () => call("/v1/datasets?limit=100");
+export const dataset = (id) => call(`/v1/datasets/${id}`);
+export const createDataset = (body) => post("/v1/datasets", body);
+export const cancelDataset = (id) => call(`/v1/datasets/${id}/cancel`, { method: "POST" });
+export const deleteDataset = (id) => call(`/v1/datasets/${id}`, { method: "DELETE" });
+export const batches = () => call("/v1/batches?limit=50");
+export const batch = (id) => call(`/v1/batches/${id}`);
+export const cancelBatch = (id) => call(`/v1/batches/${id}/cancel`, { method: "POST" });
+
 export function jobs(filters) {
   const query = new URLSearchParams(Object.entries(filters).filter(([, value]) => value));
   return call(`/v1/jobs?${query}`);
@@ -73,6 +83,10 @@ export function uploadHand(file, fields) {
 export const links = {
   hand: (name) => `/review/hands/${name}`,
   handPicture: (name) => `/v1/hands/${name}/picture.png`,
+  dataset: (id) => `/review/datasets/${id}`,
+  manifest: (id) => `/v1/datasets/${id}/manifest`,
+  shard: (id, index, round) => `/v1/datasets/${id}/shards/${index}/${round}`,
+  batch: (id) => `/review/batches/${id}`,
   run: (id) => `/review/runs/${id}`,
   thumbnail: (id) => `/v1/jobs/${id}/thumbnail.webp`,
   result: (id) => `/v1/jobs/${id}`,
