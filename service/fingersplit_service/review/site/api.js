@@ -41,7 +41,12 @@ export const cancelJob = (id) => call(`/v1/jobs/${id}/cancel`, { method: "POST" 
 export const deleteJob = (id) => call(`/v1/jobs/${id}`, { method: "DELETE" });
 export const curve = (id, rank) => call(`/v1/jobs/${id}/grasps/${rank}/curve`);
 export const scene = (id, rank) => call(`/v1/jobs/${id}/grasps/${rank}/scene`);
-export const motion = (id, rank) => call(`/v1/jobs/${id}/grasps/${rank}/motion`);
+const motions = new Map(); // of requests that have not ended: the view and the report ask for the same
+export function motion(id, rank) {
+  const path = `/v1/jobs/${id}/grasps/${rank}/motion`;
+  if (!motions.has(path)) motions.set(path, call(path).finally(() => motions.delete(path)));
+  return motions.get(path);
+}
 export const starts = (id) => call(`/v1/jobs/${id}/starts`);
 export const hand = (name) => call(`/v1/hands/${name}`);
 export const handScene = (name) => call(`/v1/hands/${name}/scene`);

@@ -7,7 +7,7 @@ import { duration, exact, heading, number, sentence, standing, took, words } fro
 import { invite } from "./recording.js";
 import { verdict, verificationReport } from "./report.js";
 import { viewStarts } from "./starts3d.js";
-import { viewGrasp } from "./view3d.js";
+import { prepare, viewGrasp } from "./view3d.js";
 
 const id = location.pathname.split("/").at(-1);
 const quality = h("div");
@@ -18,8 +18,11 @@ let metrics = [];
 let formats = [];
 
 async function load() {
-  let job;
-  [job, metrics, formats] = await Promise.all([api.job(id), api.metrics(), api.formats()]);
+  prepare(id, /^[1-9]\d*$/.exec(new URLSearchParams(location.search).get("grasp") ?? "")?.[0] ?? null);
+  const known = Promise.all([api.metrics(), api.formats()]);
+  let job = await api.job(id);
+  if (job.result?.grasps.length) prepare(id, (addressed(job) ?? standard(job)).rank);
+  [metrics, formats] = await known;
   draw(job);
   if (!api.hasEnded(job.state)) {
     job = await api.follow(id, drawHead);

@@ -15,8 +15,25 @@ const TOGGLES = [
   ["shapes", "Collision shapes", false],
 ];
 
+const begun = new Map(); // scenes that were asked for before their place is there
 let shown = null; // the view on this page
 let asked = 0;
+
+// Asks for what a view of a grasp needs, so that it is on its way while the rest of the page is made.
+export function prepare(jobId, rank) {
+  three().catch(() => {}); // told where it is drawn
+  if (rank === null || begun.has(`${jobId} ${rank}`)) return;
+  const scene = api.scene(jobId, rank);
+  scene.catch(() => {});
+  begun.set(`${jobId} ${rank}`, scene);
+}
+
+function sceneOf(jobId, rank) {
+  const key = `${jobId} ${rank}`;
+  const scene = begun.get(key) ?? api.scene(jobId, rank);
+  begun.delete(key);
+  return scene;
+}
 
 // Draws one grasp into a place; what was there before stops.
 export async function viewGrasp(place, job, rank, still) {
@@ -30,7 +47,7 @@ export async function viewGrasp(place, job, rank, still) {
   const scene = h("div", { class: "scene" }, picture, canvas, said);
   place.replaceChildren(scene);
   try {
-    const [THREE, document] = await Promise.all([three(), api.scene(job.id, rank)]);
+    const [THREE, document] = await Promise.all([three(), sceneOf(job.id, rank)]);
     if (turn !== asked) return;
     const grasp = new Grasp3d(THREE, canvas, document);
     shown = { grasp, stop: () => {} };
