@@ -177,7 +177,7 @@ def test_a_run_is_deleted_with_its_page(visit, service, runs):
     plan_a_mug(page)
     page.get_by_role("link", name="See the run").click(timeout=180_000)
     expect(page.get_by_role("heading", level=1)).to_have_text("mug")
-    run = page.url.rpartition("/")[2]
+    run = page.url.rpartition("/")[2].partition("?")[0]
     page.once("dialog", lambda dialog: dialog.accept())
     page.get_by_role("button", name="Delete").click()
     page.wait_for_url("**/review")
