@@ -135,6 +135,14 @@ def test_normals_that_point_inwards_are_turned(tmp_path):
     assert outward.report.remarks == []
 
 
+def test_points_alone_are_said_to_leave_a_choice(tmp_path):
+    points, normals = case.brick_with_normals()
+    alone = prepared_cloud(tmp_path, points=points)
+    assert "Neither usable normals nor a viewpoint" in alone.report.remarks[-1]
+    contradicting = prepared_cloud(tmp_path, points=points, normals=np.random.default_rng(1).normal(size=normals.shape))
+    assert contradicting.report.remarks == alone.report.remarks
+
+
 @pytest.mark.parametrize("kind", ["random", "half", "cancelling", "zero", "alike"])
 def test_normals_that_mean_nothing_never_make_a_negative_mass(tmp_path, kind):
     points, normals = case.brick_with_normals()

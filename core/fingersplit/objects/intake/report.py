@@ -159,6 +159,11 @@ class CloudReport:
             remarks.append("All normals pointed into the object and were turned over.")
         if self.outliers:
             remarks.append(f"{_counted(self.outliers, 'point')} far from all others dropped.")
+        if not self.normals and not self.viewpoint:
+            remarks.append(
+                "Neither usable normals nor a viewpoint are known: which side of the points the object is on was "
+                "judged from their shape. Compare its extents and volume, or say where the camera stood (viewpoint)."
+            )
         return remarks
 
     def to_document(self) -> dict[str, Any]:
