@@ -2,6 +2,7 @@
 
 import os
 from dataclasses import asdict, dataclass
+from pathlib import Path
 from time import perf_counter, process_time
 
 import numpy as np
@@ -10,7 +11,7 @@ from fingersplit.errors import FingersplitError
 from fingersplit.hands.check.measures import pad_errors
 from fingersplit.hands.draft.sampling import sample_postures
 from fingersplit.hands.hand import Hand, available_hands, load_hand
-from fingersplit.hands.public_hands import described_hands
+from fingersplit.hands.public_hands import FOLDERS_VARIABLE, described_hands
 from fingersplit.objects.convex_pieces import decompose
 from fingersplit.planning.planning import plan
 from fingersplit.planning.search import find_grasps
@@ -88,7 +89,13 @@ _HEADINGS = [
 
 
 def hands_there(first: str) -> tuple[list[Hand], list[str]]:
-    """Every hand whose model is there, the ``first`` one in front, and why others are not."""
+    """Every hand whose model is there, the ``first`` one in front, and why others are not.
+
+    Models of others are looked for in a folder ``shared/hands`` beside the checkout where nothing else is said.
+    """
+    beside = Path(__file__).parents[3] / "shared" / "hands"
+    if beside.is_dir():
+        os.environ.setdefault(FOLDERS_VARIABLE, str(beside))
     asked = os.environ.get(HANDS_VARIABLE)
     names = asked.split(",") if asked else [*available_hands(), *described_hands()]
     names.sort(key=lambda name: name != first)  # the others are compared with it

@@ -24,5 +24,5 @@ def warm() -> None:
     from fingersplit.hands.hand import available_hands, load_hand
 
     for name in available_hands():
-        with Console(stderr=True).status(f"compiling the kernels for {name} (about a minute with an empty cache)"):
+        with Console(stderr=True).status(f"compiling the kernels for {name} (a few minutes with an empty cache)"):
             compile_kernels(load_hand(name))
