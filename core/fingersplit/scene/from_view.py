@@ -30,6 +30,8 @@ MIN_SHARE = 0.1
 CONTACT_GAP = 0.03
 """[m]; so near to it must the target come, since it stands on it."""
 MIN_UPRIGHTNESS = np.cos(np.radians(45.0))
+STEEP = np.cos(np.radians(35.0))
+"""A view along the support's normal, nearly: it does not see how the target comes near the support."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,6 +92,8 @@ def scene_from_view(
     plane, warnings, found = None, list[str](), 0
     if support:
         plane, on_it = _find_support(around, target, view.world_from_camera)
+        if float(np.quantile(target @ plane.normal - plane.offset, 0.02)) > CONTACT_GAP:
+            warnings.append("The target is taken to stand on the support; seen from above, its lower part is not seen.")
         found, around = int(on_it.sum()), around[around @ plane.normal - plane.offset > ON_PLANE]
     kept = _thinned(around)
     gravity, told = _gravity(view, frame, plane)
@@ -168,9 +172,14 @@ class _Plane:
     def carries(self, target: NDArray[np.float64], world_from_camera: NDArray[np.float64] | None) -> bool:
         """Whether an object with these points may stand on it."""
         heights = np.quantile(target @ self.normal - self.offset, (0.02, 0.1))
-        stands = heights[0] >= -2.0 * ON_PLANE and heights[0] <= CONTACT_GAP
+        stands = heights[0] >= -2.0 * ON_PLANE and (heights[0] <= CONTACT_GAP or self.faces_view(target))
         level = world_from_camera is None or float(world_from_camera[2, :3] @ self.normal) >= MIN_UPRIGHTNESS
         return bool(stands and level)
+
+    def faces_view(self, target: NDArray[np.float64]) -> bool:
+        """Whether the camera looks at the target so steeply that its lower part is not seen."""
+        view = target.mean(axis=0)
+        return bool(-(view @ self.normal) >= STEEP * np.linalg.norm(view))
 
     def surface(self, scene_from_camera: NDArray[np.float64]) -> SupportSurface:
         """As a scene says it."""

@@ -81,6 +81,20 @@ def test_a_grasp_keeps_clear_of_the_table(view):
             assert lowest > 0.0
 
 
+def test_an_object_seen_from_above_stands_on_its_support():
+    above = look_at(np.array([0.02, 0.0, 0.6]), np.array([0.0, 0.0, 0.05]))
+    found = scene_from_view(render_view(box(EXTENTS), ON_TABLE, above, CAMERA), support=True)
+
+    surface = found.scene.support_surfaces[0]
+    assert surface.normal[2] > 0.999
+    assert surface.offset == pytest.approx(0.0, abs=2e-3)
+    assert any("not seen" in warning for warning in found.warnings)
+    model = prepare_object(found.target)
+    heights = transform_points(above, model.mesh.vertices)[:, 2]
+    assert heights.min() < 0.01  # completed down to it
+    assert heights.max() == pytest.approx(EXTENTS[2], abs=6e-3)
+
+
 def test_an_object_in_the_air_has_no_support():
     lifted = render_view(box(EXTENTS), LIFTED, CAMERA_POSE, CAMERA)
     with pytest.raises(SceneError, match=r"support was not found"):
