@@ -7,30 +7,25 @@ A load is shared by the fingers as equally stiff fingertips share it: with least
 """
 
 from dataclasses import dataclass
-from itertools import combinations
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linprog
 
-from fingersplit.contacts.cones import facet_directions
 from fingersplit.contacts.grasp_matrix import grasp_matrix
-from fingersplit.contacts.linear_program import maximum
+from fingersplit.contacts.grip_kernel import GRIP_COLUMNS, VIOLATION, pull_fingers, solve_grip
+from fingersplit.contacts.linear_program_kernel import LINEAR_PROGRAM
 
 __all__ = ["Grip", "GripProblem", "least_grip"]
 
-TANGENTIAL_COST, VIOLATION_COST, LACK_COST, SHORTAGE_COST = 1.0, 100.0, 1000.0, 20.0
-"""What a newton along a surface, outside a friction cone, missing in pressing and missing in a finger's share of the
-grip cost in newtons of grip."""
 MIN_VIOLATION = 1e-3
 """Forces that leave their cones by less count as inside [N]."""
 AT_LIMIT = 1e-6
 """Share of a torque limit that is left when a joint counts as spent."""
 
 
-@dataclass(frozen=True, eq=False)
-class GripProblem:
+class GripProblem(NamedTuple):
     """What the grip must do; all in one frame.
 
     Attributes:
@@ -77,66 +72,23 @@ class Grip:
 
 def least_grip(problem: GripProblem) -> Grip:
     """The grip of least normal and tangential forces; where cones and torques leave none, that of least violation."""
-    directions, shares = _pull_directions(problem.contacts), _load_shares(problem)  # (P, F, 3), (L, F, 3)
-    tangents = facet_directions(problem.normals)  # (F, E, 3)
-    pairs, fingers, edges = len(directions), len(problem.contacts), tangents.shape[1]
-    limits, friction = problem.torque_limits, np.broadcast_to(problem.friction, fingers)
-    # Unknowns: pulls (P), largest normal force, violation, lack of pressing, shortage of a share, tangential force of
-    # each finger (F).
-    normal = -np.einsum("fk,pfk->fp", problem.normals, directions)
-    tangential = np.einsum("fek,pfk->fep", tangents, directions)
-    outside = (tangential - friction[:, None, None] * normal[:, None]).reshape(-1, pairs)
-    cones = tangents + friction[:, None, None] * problem.normals[:, None]
-    outside_by_load = np.einsum("fek,lfk->lfe", cones, shares)
-    pressing_by_load = -np.einsum("fk,lfk->lf", problem.normals, shares).min(axis=0)
-    torque = np.einsum("fkn,pfk->np", problem.jacobians, directions) / limits[:, None]
-    torque_of_load = np.abs(np.einsum("fkn,lfk->ln", problem.jacobians, shares)).max(axis=0) / limits
-    room = np.maximum(1.0 - torque_of_load, 0.1)
-    none, of_finger = np.zeros, np.repeat(np.eye(fingers), edges, axis=0)
-
-    def rows(pull: NDArray[np.float64], *slacks: float, along: Any = 0.0) -> NDArray[np.float64]:
-        """Rows for pulls, slacks (largest, violation, lack, shortage) and tangential forces."""
-        padded = np.tile([*slacks, *(0.0 for _ in range(4 - len(slacks)))], (len(pull), 1))
-        return np.column_stack([pull, padded, np.broadcast_to(along, (len(pull), fingers))])
-
-    blocks = [
-        (rows(outside, 0, -1), -outside_by_load.max(axis=0).ravel()),
-        (rows(tangential.reshape(-1, pairs), along=-of_finger), none(len(outside))),
-        (rows(normal, -1), none(fingers)),
-        (rows(-normal, 0, 0, -1), -problem.least_forces),
-        (np.eye(4 + fingers, pairs + 4 + fingers, pairs) * -1.0, none(4 + fingers)),
-    ]
-    if problem.min_share > 0.0:
-        blocks.append((rows(-normal, problem.min_share, 0, 0, -1), none(fingers)))
-    if np.isfinite(problem.max_force):
-        blocks.append((rows(normal), np.maximum(problem.max_force - pressing_by_load, 0.1 * problem.max_force)))
-    blocks.append((rows(np.vstack([torque, -torque])), np.concatenate([room, room])))
-    A, b = np.vstack([block[0] for block in blocks]), np.concatenate([block[1] for block in blocks])
-    slack_costs = [1.0, VIOLATION_COST, LACK_COST, SHORTAGE_COST]
-    costs = np.concatenate([none(pairs), slack_costs, np.full(fingers, TANGENTIAL_COST)])
-    unit = max(float(np.abs(b[: -2 * len(limits)]).max()), 1.0)  # of force [N], in which the program is of order one
-    A[-2 * len(limits) :] *= unit
-    b[: -2 * len(limits)] /= unit
-    solution = maximum(-costs, A, b)
-    if solution is None:  # interior points stall on some programs with many parallel rows
-        solution = linprog(costs, A, b, bounds=(None, None), method="highs").x
+    fingers = len(problem.contacts)
+    friction = np.ascontiguousarray(np.broadcast_to(np.asarray(problem.friction, np.float64), fingers))
+    arrays = problem._replace(friction=friction, max_force=float(problem.max_force), min_share=float(problem.min_share))
+    program = np.rec.array(np.zeros(1, LINEAR_PROGRAM))[0]
+    done, rows, torque_rows, unit = solve_grip(arrays, _load_shares(problem), program)
+    pairs = fingers * (fingers - 1) // 2
+    columns = pairs + GRIP_COLUMNS + fingers
+    A, b, solution = program["A"][:rows, :columns], program["b"][:rows], program["x"][:columns]
+    if not done:  # interior points stall on some programs with many parallel rows
+        solution = linprog(-program["c"][:columns], A, b, bounds=(None, None), method="highs").x
     if solution is None:
         raise ArithmeticError("The linear program of a grip did not converge.")  # it has a solution by its form
-    pulls, violation = unit * solution[:pairs], unit * max(float(solution[pairs + 1]), 0.0)
-    at_limit = (b - A @ solution)[-2 * len(limits) :] <= AT_LIMIT
-    limited = violation > MIN_VIOLATION and bool(at_limit.any())
-    return Grip(pulls, np.einsum("p,pfk->fk", pulls, directions), violation, limited)
-
-
-def _pull_directions(points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Forces (P, F, 3) on the fingers by a unit pull between each pair."""
-    pairs = list(combinations(range(len(points)), 2))
-    directions = np.zeros((len(pairs), len(points), 3))
-    for row, (a, b) in zip(directions, pairs, strict=True):
-        towards = points[b] - points[a]
-        row[a] = towards / max(float(np.linalg.norm(towards)), 1e-9)
-        row[b] = -row[a]
-    return directions
+    pulls, violation = unit * solution[:pairs], unit * max(float(solution[pairs + VIOLATION]), 0.0)
+    at_limit = (b - A @ solution)[rows - torque_rows :] <= AT_LIMIT
+    forces = np.empty((fingers, 3))
+    pull_fingers(problem.contacts, pulls, forces)
+    return Grip(pulls, forces, violation, limited=violation > MIN_VIOLATION and bool(at_limit.any()))
 
 
 def _load_shares(problem: GripProblem) -> NDArray[np.float64]:

@@ -1,6 +1,6 @@
 """The grip force: balanced in itself, inside cones and torques, and no larger than needed."""
 
-from dataclasses import replace
+from itertools import combinations
 
 import numpy as np
 import pytest
@@ -8,9 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import linprog
 
-from fingersplit.contacts import grip as grip_module
+from fingersplit.contacts.cones import facet_directions
+from fingersplit.contacts.grasp_matrix import grasp_matrix
 from fingersplit.contacts.grip import GripProblem, least_grip
-from fingersplit.contacts.linear_program import maximum
 from fingersplit.hands.limits import MAX_CHAIN_JOINTS, MAX_DRIVERS, MAX_FINGERS
 
 MIN_FORCE = 1.0
@@ -58,10 +58,10 @@ def test_no_load_takes_the_least_force_and_more_load_takes_more():
 def test_weight_is_carried_by_friction_alone_as_in_closed_form():
     """A load across the disc's plane is shared by three fingers: each needs load / (3 friction) of normal force."""
     problem = ring(friction=0.5, torque=10.0, angles=(0.0, 2 * np.pi / 3, 4 * np.pi / 3))
-    grip = least_grip(replace(problem, loads=np.array([[0.0, 0.0, -30.0]])))
+    grip = least_grip(problem._replace(loads=np.array([[0.0, 0.0, -30.0]])))
     np.testing.assert_allclose(np.linalg.norm(grip.forces, axis=1), 20.0, rtol=1e-6)
     assert grip.violation == pytest.approx(0, abs=1e-9)
-    slippery = least_grip(replace(problem, friction=0.25, loads=np.array([[0.0, 0.0, -30.0]])))
+    slippery = least_grip(problem._replace(friction=0.25, loads=np.array([[0.0, 0.0, -30.0]])))
     np.testing.assert_allclose(np.linalg.norm(slippery.forces, axis=1), 40.0, rtol=1e-6)
 
 
@@ -103,20 +103,67 @@ def anywhere(rng: np.random.Generator, fingers: int) -> GripProblem:
 
 
 @given(st.integers(0, 2**32 - 1), st.integers(2, MAX_FINGERS))
-def test_linear_program_of_the_grip_is_solved_as_by_scipy(seed, fingers):
+def test_least_grip_is_that_of_scipy(seed, fingers):
     """Up to the largest hand; five fingers have more pairs than internal forces, so its columns are dependent."""
-    programs = []
-
-    def solve(c, A, b):
-        x = maximum(c, A, b)
-        programs.append((c, A, b, x))
-        return x
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(grip_module, "maximum", solve)
-        least_grip(anywhere(np.random.default_rng(seed), fingers))
-    ((c, A, b, x),) = programs
-    exact = linprog(-c, A, b, bounds=(None, None), method="highs")
+    rng = np.random.default_rng(seed)
+    limits = {"max_force": float(rng.choice([np.inf, 8.0, 30.0])), "min_share": float(rng.choice([0.0, 0.15]))}
+    problem = anywhere(rng, fingers)._replace(**limits)
+    grip = least_grip(problem)
+    costs, A, b = program(problem)
+    exact = linprog(costs, A, b, bounds=(None, None), method="highs")
     assert exact.status == 0
-    assert (A @ x - b).max() < 1e-7
-    assert c @ x == pytest.approx(-exact.fun, abs=1e-5 * max(1.0, abs(exact.fun)))
+    P = len(grip.pulls)
+    found = np.concatenate([grip.pulls, np.zeros(len(costs) - P)])
+    for k in (0, 1, 2, *range(4, len(costs) - P), 3):  # the least that each needs; a share counts by the largest force
+        needs = A[:, P + k] == -1
+        found[P + k] = max(0.0, (A @ found - b)[needs].max(initial=0.0))
+    assert (A @ found - b).max() < 1e-5 * max(1.0, np.abs(b).max())
+    assert costs @ found == pytest.approx(exact.fun, rel=1e-4, abs=1e-3)
+    assert grip.violation == pytest.approx(found[P + 1], abs=1e-3)
+
+
+def program(problem: GripProblem) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The grip's program as arrays: pulls, largest force, violation, lack, shortage, tangential forces."""
+    fingers, pairs = len(problem.contacts), list(combinations(range(len(problem.contacts)), 2))
+    unit = np.zeros((len(pairs), fingers, 3))
+    for row, (a, b) in zip(unit, pairs, strict=True):
+        row[a] = (problem.contacts[b] - problem.contacts[a]) / np.linalg.norm(problem.contacts[b] - problem.contacts[a])
+        row[b] = -row[a]
+    G = grasp_matrix(problem.contacts, problem.center_of_mass)
+    wrenches = np.hstack([-problem.loads, np.zeros_like(problem.loads)])
+    shares = (wrenches @ np.linalg.pinv(G).T).reshape(len(wrenches), -1, 3)
+    columns, P = len(pairs) + 4 + fingers, len(pairs)
+    rows, bounds = [], []
+
+    def add(pull, bound, **slacks):
+        row = np.zeros(columns)
+        row[:P] = pull
+        for name, value in slacks.items():
+            row[P + int(name[1:])] = value
+        rows.append(row)
+        bounds.append(bound)
+
+    for f, normal in enumerate(problem.normals):
+        for across in facet_directions(problem.normals)[f]:
+            add(
+                unit[:, f] @ (across + problem.friction * normal),
+                -(shares[:, f] @ (across + problem.friction * normal)).max(),
+                _1=-1,
+            )
+            add(unit[:, f] @ across, 0, **{f"_{4 + f}": -1})
+        add(-unit[:, f] @ normal, 0, _0=-1)
+        add(unit[:, f] @ normal, -problem.least_forces[f], _2=-1)
+        if problem.min_share:
+            add(unit[:, f] @ normal, 0, _0=problem.min_share, _3=-1)
+        if np.isfinite(problem.max_force):
+            room = problem.max_force + (shares[:, f] @ normal).min()
+            add(-unit[:, f] @ normal, max(room, 0.1 * problem.max_force))
+    for k in range(4 + fingers):
+        add(0, 0, **{f"_{k}": -1})
+    for a, limit in enumerate(problem.torque_limits):
+        torque = np.einsum("fk,pfk->p", problem.jacobians[:, :, a], unit) / limit
+        room = max(1 - np.abs(np.einsum("fk,lfk->l", problem.jacobians[:, :, a], shares)).max() / limit, 0.1)
+        add(torque, room)
+        add(-torque, room)
+    costs = np.concatenate([np.zeros(P), [1.0, 100.0, 1000.0, 20.0], np.ones(fingers)])
+    return costs, np.array(rows), np.array(bounds)

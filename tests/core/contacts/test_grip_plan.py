@@ -67,7 +67,7 @@ def test_every_finger_takes_its_share_or_is_said_to_support_only(barrett):
         least_forces=np.zeros(3),
         loads=5.0 * np.vstack([np.eye(3), -np.eye(3)]),
     )
-    free, shared = least_grip(problem), least_grip(replace(problem, min_share=0.3))
+    free, shared = least_grip(problem), least_grip(problem._replace(min_share=0.3))
     pressing = [-(grip.forces * normals).sum(axis=1) for grip in (free, shared)]
     assert pressing[1].min() >= 0.3 * pressing[1].max() - 1e-6
     assert pressing[0].min() < pressing[1].min()

@@ -6,7 +6,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import linprog
 
-from fingersplit.contacts.linear_program import maximum
 from fingersplit.contacts.linear_program_kernel import LINEAR_PROGRAM, MAX_ROWS, MAX_VARIABLES, maximize
 
 seeds = st.integers(0, 2**32 - 1)
@@ -95,14 +94,3 @@ def test_contradiction_in_one_variable():
 
 def test_nothing_above():
     assert not solve(np.ones(1), np.array([[-1.0], [-2.0]]), np.array([1.0, 1.0]))[0]
-
-
-def test_more_than_there_is_room_for_is_refused():
-    for rows, n in ((MAX_ROWS + 1, 1), (MAX_VARIABLES + 1, MAX_VARIABLES + 1)):
-        with pytest.raises(ValueError, match="room for"):
-            maximum(np.ones(n), np.ones((rows, n)), np.ones(rows))
-
-
-def test_maximum_is_the_same_solution_or_none():
-    np.testing.assert_allclose(maximum(np.ones(1), np.array([[1.0], [-1.0]]), np.array([2.0, 5.0])), [2.0], atol=1e-6)
-    assert maximum(np.ones(1), np.array([[-1.0]]), np.array([5.0])) is None
