@@ -7,9 +7,9 @@ their facets, of Ferrari-Canny.
 import math
 
 from fingersplit.compilation import kernel
-from fingersplit.vectors_kernel import add, cross, norm, scale
+from fingersplit.vectors_kernel import add, cross, get, norm, put, scale
 
-__all__ = ["FACETS", "INSCRIBED", "facet", "tangents"]
+__all__ = ["FACETS", "INSCRIBED", "facet", "set_facets", "tangents"]
 
 FACETS = 8
 """Facets, and edges, of the pyramid that stands for a friction cone."""
@@ -30,3 +30,12 @@ def facet(first, second, k):
     """Direction across the contact that facet ``k`` looks along, a unit vector between two ``tangents``."""
     angle = 2.0 * math.pi * k / FACETS
     return add(scale(math.cos(angle), first), scale(math.sin(angle), second))
+
+
+@kernel
+def set_facets(normals, directions):
+    """Write ``facet`` of every facet of contacts with outward ``normals`` (F, 3) into ``directions`` (F, FACETS, 3)."""
+    for f in range(len(normals)):
+        first, second = tangents(scale(-1.0, get(normals, f)))
+        for k in range(FACETS):
+            put(directions[f], k, facet(first, second, k))

@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from fingersplit.contacts.cone_kernel import FACETS, facet, tangents
+from fingersplit.contacts.cone_kernel import FACETS, set_facets
 
 __all__ = ["cone_cosine", "cone_edges", "facet_directions"]
 
@@ -18,9 +18,7 @@ def cone_cosine(friction: float) -> float:
 def facet_directions(normals: NDArray[np.float64]) -> NDArray[np.float64]:
     """Unit vectors (F, FACETS, 3) all around the normals (F, 3), which the facets of the cones look along."""
     directions = np.empty((len(normals), FACETS, 3))
-    for around, normal in zip(directions, -normals, strict=True):
-        first, second = tangents(tuple(normal.tolist()))
-        around[:] = [facet(first, second, k) for k in range(FACETS)]
+    set_facets(normals, directions)
     return directions
 
 

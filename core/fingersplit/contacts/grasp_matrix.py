@@ -16,9 +16,10 @@ def grasp_matrix(
         center: Point that torques are taken about, (3,) [m].
         length: What torques are divided by [m]; with the object's size all six rows are forces.
     """
-    x, y, z = np.moveaxis((contacts - center) / length, -1, 0)
-    zero = np.zeros_like(x)
-    torques = np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=-1).reshape(*x.shape, 3, 3)
-    torques = np.moveaxis(torques, -3, -2).reshape(*x.shape[:-1], 3, -1)  # (..., 3, 3 F)
-    forces = np.broadcast_to(np.tile(np.eye(3), x.shape[-1]), torques.shape)
-    return np.concatenate([forces, torques], axis=-2)
+    offsets = (contacts - center) / length
+    G = np.zeros((*offsets.shape[:-2], 6, offsets.shape[-2], 3))
+    for axis, (after, last) in enumerate(((1, 2), (2, 0), (0, 1))):  # e_after x e_last = e_axis
+        G[..., axis, :, axis] = 1.0
+        G[..., 3 + axis, :, last] = offsets[..., after]
+        G[..., 3 + axis, :, after] = -offsets[..., last]
+    return G.reshape(*G.shape[:-2], -1)

@@ -85,12 +85,12 @@ class Hand:
         """Joints in the order of every joint vector, (N,)."""
         return self.model.joint_names
 
-    @property
+    @cached_property
     def driver_names(self) -> tuple[str, ...]:
         """Joints of active fingers that motors turn, (A,)."""
         return tuple(self.model.coupling.drivers[a] for a in self.drivers)
 
-    @property
+    @cached_property
     def shape_names(self) -> tuple[str, ...]:
         """Collision primitives in the order of ``arrays.shape_kinds``."""
         return tuple(shape.name for shape in self.model.shapes)
@@ -105,7 +105,7 @@ class Hand:
         """Upper joint limits, (N,) [rad]; of a parked joint where it is parked."""
         return np.asarray(self.arrays.upper[: self.arrays.joint_count])
 
-    @property
+    @cached_property
     def torque_limits(self) -> NDArray[np.float64]:
         """Largest torque of each driver of the active fingers, (A,) [N m]."""
         limits = self.model.coupling.torque_limits[list(self.drivers)]

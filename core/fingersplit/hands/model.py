@@ -5,6 +5,7 @@ simulated.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -151,7 +152,7 @@ class HandModel:
     excluded: frozenset[tuple[int, int]]
     notes: tuple[str, ...]
 
-    @property
+    @cached_property
     def joint_names(self) -> tuple[str, ...]:
         """Joints in the order of every joint vector, (N,)."""
         return tuple(joint.name for joint in self.joints)

@@ -9,22 +9,19 @@ from scipy.spatial.transform import Rotation
 
 from fingersplit.grasp import Grasp
 from fingersplit.hands.hand import Hand
-from fingersplit.hands.kinematics_kernel import move_fingers
 from fingersplit.hands.limits import MAX_FINGERS, MAX_JOINTS
 from fingersplit.hands.records import POSE
 from fingersplit.objects.model import ObjectModel
-from fingersplit.robustness.closing_kernel import close_fingers, look_around
+from fingersplit.robustness.closing_kernel import close_hands, look_around
 from fingersplit.robustness.noise import Draws
 from fingersplit.threads import in_threads
 
 __all__ = ["CLOSING_MEANS", "Closable", "ClosingDraws", "close_kinematically", "surroundings"]
 
 CLOSING_MEANS = ("all_arrive", "arriving", "cone_slack", "all_grip", "apart", "link_depth", "pad_tilt")
-"""What `close_fingers` writes."""
+"""What `close_hands` writes."""
 AROUND = 8e-3
 """Radius of the surroundings that count [m]."""
-BEYOND = 0.4
-"""Share of the way from the opening to the planned joints that servos go on at most."""
 CLOSED = 2
 """Fewest grasps that a thread closes at a time."""
 
@@ -38,12 +35,15 @@ CLOSING_WORK = np.dtype(
         ("hints", np.int64, MAX_FINGERS),
         ("moving", np.int8, MAX_FINGERS),
         ("touching", np.int8, MAX_FINGERS),
+        ("postures", np.float64, (3, MAX_JOINTS)),
+        ("palm", POSE),
         ("pose", POSE),
     ],
     align=True,
 )
 """Scratch of a closing: how far each finger has closed, 1 at the planned joints and 2 at the squeeze targets; the way
-of its pad [m] and that way's length by phase [m]; where it touches."""
+of its pad [m] and that way's length by phase [m]; where it touches; joints opened, of the grasp and beyond it [rad]; the
+hand as planned, and about the displaced object."""
 
 
 class Closable(Protocol):
@@ -75,43 +75,27 @@ class ClosingDraws(NamedTuple):
 def close_kinematically(
     hand: Hand, model: ObjectModel, planned: Sequence[Closable], draws: ClosingDraws, threads: int = 1
 ) -> NDArray[np.float64]:
-    """Means of ``CLOSING_MEANS`` over the draws for each grasp, (n, 7).
-
-    After the planned joints the fingers go on in the same direction, by ``BEYOND`` of the way.
-    """
+    """Means of ``CLOSING_MEANS`` over the draws for each grasp, (n, 7)."""
     means = np.zeros((len(planned), len(CLOSING_MEANS)))
-    arrays, center = hand.arrays, tuple(model.center_of_mass.tolist())
+    poses = np.array([one.grasp.object_from_palm for one in planned]).reshape(-1, 4, 4)
+    opened, closed = (
+        np.array(rows) for rows in ([one.opened for one in planned], [one.grasp.joints for one in planned])
+    )
+    given = hand.arrays, model.surface, model.distance, tuple(model.center_of_mass.tolist())
 
     def close(part: slice) -> None:
         work = np.rec.array(np.zeros(1, CLOSING_WORK))[0]
-        palm = np.rec.array(np.zeros(1, POSE))[0]
-        for one, row in zip(planned[part], means[part], strict=True):
-            pose, opened, closed = one.grasp.object_from_palm, one.opened, one.grasp.joints
-            palm.palm_rotation[:], palm.palm_position[:] = pose[:3, :3], pose[:3, 3]
-            postures = np.zeros((3, MAX_JOINTS))
-            postures[:, : len(closed)] = opened, closed, closed + BEYOND * (closed - opened)
-            _set_speeds(arrays, postures, palm, work)
-            close_fingers(arrays, model.surface, model.distance, center, postures, palm, draws, work, row)
+        close_hands(*given, poses[part], opened[part], closed[part], draws, work, means[part])
 
-    in_threads(close, len(planned), CLOSED, threads)
+    if planned:
+        in_threads(close, len(planned), CLOSED, threads)
     return means
-
-
-def _set_speeds(arrays: np.record, postures: NDArray[np.float64], palm: np.record, work: np.record) -> None:
-    """How far the pads go between the postures."""
-    pads = []
-    for joints in postures:
-        palm.joints[:] = joints
-        move_fingers(arrays, palm)
-        pads.append(palm.pads.copy())
-    for phase in range(2):
-        work.speeds[:, phase] = np.linalg.norm(pads[phase + 1] - pads[phase], axis=1)
 
 
 def surroundings(
     model: ObjectModel, contacts: NDArray[np.float64], normals: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """About each contact (F, 3) [m]: mean angle of the normals [rad], and share of a plane's samples; (F, 2)."""
+    """About each contact (n, 3) [m]: mean angle of the normals [rad], and share of a plane's samples; (n, 2)."""
     around = np.empty((len(contacts), 2))
     look_around(model.surface, np.ascontiguousarray(contacts), np.ascontiguousarray(normals), AROUND, around)
     return around

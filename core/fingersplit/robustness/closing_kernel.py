@@ -26,7 +26,7 @@ from fingersplit.vectors_kernel import (
     vector,
 )
 
-__all__ = ["close_fingers", "look_around"]
+__all__ = ["close_hands", "look_around"]
 
 TOUCHES = 0.3e-3
 """[m]; pads this near have arrived."""
@@ -36,29 +36,64 @@ STEPS = 16
 """Most steps of a closing."""
 NO_GRIP = -0.5
 """[rad]; slack that counts where a finger does not arrive."""
+BEYOND = 0.4
+"""Share of the way from the opening to the planned joints that servos go on at most."""
 OTHER_SIDE = -0.5
 """Cosine to the contact's normal below which a sample lies on the far side of a thin part."""
 
 
 @kernel
-def close_fingers(hand, surface, distance, center, postures, palm, draws, work, sums):
-    """Close the hand of one grasp about the object in every draw.
+def close_hands(hand, surface, distance, center, poses, opened, closed, draws, work, means):
+    """Close the hand of each of n grasps about the object in every draw.
+
+    After the joints of the grasp the fingers go on in the same direction, by ``BEYOND`` of the way.
 
     Args:
         hand: ``HAND`` record.
         surface: ``Surface`` of the object.
         distance: ``DistanceGrid`` of the object.
         center: Its centre of mass [m].
-        postures: Joints opened, of the grasp, and of the squeeze, (3, N) [rad].
-        palm: ``POSE`` record with the planned palm.
+        poses: ``object_from_palm``, (n, 4, 4).
+        opened: Joints from which the fingers close, (n, N) [rad].
+        closed: Joints of the grasps, (n, N) [rad].
         draws: ``ClosingDraws``.
         work: ``CLOSING_WORK`` record.
-        sums: Gets means over the draws, (7,): share in which all pads arrive; share of pads that arrive; angle that the
-            worst contact is inside its friction cone [rad]; share in which all arrive and that is positive; length by
-            which fingers arrive apart [m]; depth of links in the object at the end [m]; angle of the worst pad [rad].
+        means: Gets means over the draws, (n, 7): share in which all pads arrive; share of pads that arrive; angle that
+            the worst contact is inside its friction cone [rad]; share in which all arrive and that is positive; length
+            by which fingers arrive apart [m]; depth of links in the object at the end [m]; angle of the worst pad
+            [rad].
     """
+    for n in range(len(poses)):
+        _plan_closing(hand, poses[n], opened[n], closed[n], work)
+        _close_hand(hand, surface, distance, center, draws, work, means[n])
+
+
+@kernel
+def _plan_closing(hand, pose, opened, closed, work):
+    """Palm and postures of a closing into ``work``, and how far the pads go between the postures."""
+    palm, postures = work.palm, work.postures
+    for j in range(len(closed)):
+        postures[0, j], postures[1, j] = opened[j], closed[j]
+        postures[2, j] = closed[j] + BEYOND * (closed[j] - opened[j])
+    for i in range(3):
+        palm.palm_position[i] = pose[i, 3]
+        for j in range(3):
+            palm.palm_rotation[i, j] = pose[i, j]
+    for phase in range(3):
+        for j in range(len(closed)):
+            palm.joints[j] = postures[phase, j]
+        move_fingers(hand, palm)
+        for f in range(hand.finger_count):
+            if phase > 0:
+                work.speeds[f, phase - 1] = norm(subtract(get(palm.pads, f), get(work.contacts, f)))
+            put(work.contacts, f, get(palm.pads, f))
+
+
+@kernel
+def _close_hand(hand, surface, distance, center, draws, work, sums):
+    """The means of one grasp."""
     sums[:] = 0.0
-    pose, fingers = work.pose, hand.finger_count
+    pose, palm, postures, fingers = work.pose, work.palm, work.postures, hand.finger_count
     for d in range(len(draws.rotations)):
         _displace(palm, pose, draws.rotations[d], get(draws.displacements, d), center)
         arrived = _close(hand, surface, distance, postures, pose, work)

@@ -61,12 +61,14 @@ def estimate_features(
     """``ESTIMATE_FEATURES`` of each candidate, (n, features)."""
     draws = ClosingDraws.of(noise.draw(DRAWS, SEED), friction)
     means = close_kinematically(hand, model, candidates, draws, threads)
-    gripping, slack = (means[:, CLOSING_MEANS.index(name)] for name in ESTIMATE_FEATURES[:2])
-    rows = []
-    for candidate, grip, inside in zip(candidates, gripping, slack, strict=True):
-        bend = surroundings(model, candidate.grasp.contacts, candidate.grasp.normals)[:, 0].mean()
-        rows.append([grip, inside, bend, *_margins(candidate.holding, model.mass), noise.level])
-    return np.array(rows).reshape(-1, len(ESTIMATE_FEATURES))
+    contacts, normals = (
+        np.concatenate(rows)
+        for rows in ([one.grasp.contacts for one in candidates], [one.grasp.normals for one in candidates])
+    )
+    bends = surroundings(model, contacts, normals)[:, 0].reshape(len(candidates), -1).mean(axis=1)
+    margins = np.array([_margins(one.holding, model.mass) for one in candidates])
+    closings = means[:, [CLOSING_MEANS.index(name) for name in ESTIMATE_FEATURES[:2]]]
+    return np.column_stack([closings, bends, margins, np.full(len(candidates), noise.level)])
 
 
 def closing_features(
