@@ -62,12 +62,14 @@ class Grip:
         forces: Resulting force of each finger on the object, (F, 3) [N].
         violation: Farthest that a contact force must leave its friction cone under some load [N]; zero when none must.
         limited: Whether it would be larger if the joints had more torque.
+        load_torques: Largest torque that a load's share asks of each joint, beside the grip's own, (N,) [N m].
     """
 
     pulls: NDArray[np.float64]
     forces: NDArray[np.float64]
     violation: float
     limited: bool
+    load_torques: NDArray[np.float64]
 
 
 def least_grip(problem: GripProblem) -> Grip:
@@ -76,7 +78,8 @@ def least_grip(problem: GripProblem) -> Grip:
     friction = np.ascontiguousarray(np.broadcast_to(np.asarray(problem.friction, np.float64), fingers))
     arrays = problem._replace(friction=friction, max_force=float(problem.max_force), min_share=float(problem.min_share))
     program = np.rec.array(np.zeros(1, LINEAR_PROGRAM))[0]
-    done, rows, torque_rows, unit = solve_grip(arrays, _load_shares(problem), program)
+    shares = _load_shares(problem)
+    done, rows, torque_rows, unit = solve_grip(arrays, shares, program)
     pairs = fingers * (fingers - 1) // 2
     columns = pairs + GRIP_COLUMNS + fingers
     A, b, solution = program["A"][:rows, :columns], program["b"][:rows], program["x"][:columns]
@@ -88,7 +91,9 @@ def least_grip(problem: GripProblem) -> Grip:
     at_limit = (b - A @ solution)[rows - torque_rows :] <= AT_LIMIT
     forces = np.empty((fingers, 3))
     pull_fingers(problem.contacts, pulls, forces)
-    return Grip(pulls, forces, violation, limited=violation > MIN_VIOLATION and bool(at_limit.any()))
+    limited = violation > MIN_VIOLATION and bool(at_limit.any())
+    load_torques = np.abs(np.einsum("fkn,lfk->ln", problem.jacobians, shares)).max(axis=0)
+    return Grip(pulls, forces, violation, limited, load_torques)
 
 
 def _load_shares(problem: GripProblem) -> NDArray[np.float64]:

@@ -36,7 +36,9 @@ class GripDemand:
         max_force: No finger presses with more, its share of the load included [N].
         min_share: Every finger presses with at least this share of the strongest one's force; one that cannot only
             supports.
-        give: Deviation at which a driver's servo spends its torque limit [rad].
+        give: Deviation at which a driver's servo spends its torque limit [rad]: soft servos forgive an object that is
+            not where it was planned.
+        sag: Most that the load deviates a driver [rad]; the servo is stiffer where that takes it.
         damping_time: Damping over stiffness of a servo [s].
     """
 
@@ -46,7 +48,8 @@ class GripDemand:
     min_force: float = 3.0
     max_force: float = MAX_FORCE
     min_share: float = 0.15
-    give: float = 0.2
+    give: float = 0.3
+    sag: float = 0.012
     damping_time: float = 0.02
 
     def to_document(self) -> dict[str, Any]:
@@ -130,7 +133,7 @@ def plan_grip(
     grip = least_grip(problem)
     pressing = -(normals * grip.forces).sum(axis=1)
     torques = np.einsum("fka,fk->a", jacobians, grip.forces)
-    stiffness = limits / demand.give
+    stiffness = np.maximum(limits / demand.give, grip.load_torques / demand.sag)
     return GripPlan(
         forces=grip.forces,
         supporting=pressing < SUPPORTING * max(float(pressing.max()), 1e-9),

@@ -18,7 +18,7 @@ from fingersplit.objects.convex_pieces import decompose
 from fingersplit.objects.model import ObjectModel
 from fingersplit.parallel_grasps.antipodal import MIN_OPENING
 from fingersplit.parallel_grasps.guided_starts_kernel import TOUCHING
-from fingersplit.planning.refining import candidate_of, holdings_of
+from fingersplit.planning.refining import candidate_of
 from fingersplit.planning.run import Run
 from fingersplit.result.grasp import HoldProbability
 from fingersplit.robustness.execution import Execution
@@ -66,12 +66,15 @@ class RankedGrasp:
 def rank_runs(
     model: ObjectModel,
     runs: Sequence[Run],
+    holdings: Sequence[Holding],
     top_k: int,
     friction: float,
     threads: int = 1,
     ranking: RankingOrder | None = None,
 ) -> tuple[RankedGrasp, ...]:
     """The best ``top_k`` runs that are not nearly a better one, with metrics, forces and execution.
+
+    ``holdings`` say how the runs' grasps hold the object.
 
     Fewest violated constraints first, so feasible grasps lead; then those that carry the object's weight
     (``contacts.holding``). Among these by the probability that they hold when executed (``robustness``), or by the
@@ -81,7 +84,6 @@ def rank_runs(
     if not runs:
         return ()
     ranking = ranking or RankingOrder()
-    holdings = holdings_of(runs, model, friction, threads)
     feasible = [i for i, run in enumerate(runs) if run.feasible]
     candidates = {i: candidate_of(runs[i], holdings[i]) for i in feasible}
     judged = estimate_holding(runs[0].hand, model, list(candidates.values()), friction, ranking.noise, threads)

@@ -7,6 +7,7 @@ from time import perf_counter
 import numpy as np
 
 from fingersplit.contacts.friction import planned_friction
+from fingersplit.contacts.holding import Holding
 from fingersplit.errors import SettingsError
 from fingersplit.hands.hand import Hand
 from fingersplit.objects.model import ObjectModel
@@ -15,7 +16,7 @@ from fingersplit.parallel_grasps.parallel_grasp import ParallelGrasp
 from fingersplit.planning.final_checks import check_finally
 from fingersplit.planning.finding import allowed_starts, find_starts
 from fingersplit.planning.ranking import RankedGrasp, describe_outcome, rank_runs
-from fingersplit.planning.refining import refine_runs
+from fingersplit.planning.refining import holdings_of, refine_runs
 from fingersplit.planning.relaxing import Relaxation, find_relaxations
 from fingersplit.planning.run import Run
 from fingersplit.planning.starts import build_problem, choose_starts, split_starts
@@ -30,7 +31,8 @@ from fingersplit.threads import Progress
 __all__ = ["Search", "find_grasps"]
 
 ATTEMPTS, MORE_STARTS = 3, 3
-"""A request with a scene is tried again when nothing is feasible, so often in all, each time with more starts."""
+"""A request with a scene is tried again when nothing is feasible, so often in all, each time with more starts; any
+request once when no feasible grasp carries the object's weight."""
 
 REFINED = 12
 """Best grasps that are refined on request."""
@@ -129,12 +131,14 @@ def find_grasps(
 
     scene = prepare_scene(constraints, model, hand)
     given, runs = search(scene, starts, seed, watch, report)
-    attempts = ATTEMPTS if scene.restricts and parallel_grasps is None else 1
-    for attempt in range(1, attempts):
-        if any(run.feasible for run in runs):
+    holdings = holdings_of(runs, model, friction, threads)
+    for attempt in range(1, ATTEMPTS if parallel_grasps is None else 1):
+        if not _worth_more(runs, holdings, scene, attempt):
             break
+        watch.lap("ranking")
         given, more = search(scene, starts * MORE_STARTS**attempt, [seed, attempt], watch, report)
         runs += more
+        holdings += holdings_of(more, model, friction, threads)
     relaxations: tuple[Relaxation, ...] = ()
     if scene.restricts and not any(run.feasible for run in runs):
         report("relaxing", 0.0)
@@ -147,9 +151,10 @@ def find_grasps(
     ruled_out = scene.restricts and parallel_grasps is None and not len(given) and not runs
     if refine:
         report("refining", 0.0)
-        runs = _refined(runs, model, friction, (ranking or RankingOrder()).noise, threads)
+        runs = _refined(runs, holdings, model, friction, (ranking or RankingOrder()).noise, threads)
+        holdings = holdings_of(runs, model, friction, threads)
         watch.lap("splitting")
-    grasps = rank_runs(model, runs, top_k, friction, threads, ranking)
+    grasps = rank_runs(model, runs, holdings, top_k, friction, threads, ranking)
     carries = any(one.run.feasible and one.carries_weight for one in grasps)
     watch.lap("ranking")
     report("ranking", 1.0)
@@ -173,11 +178,22 @@ def find_grasps(
     )
 
 
+def _worth_more(runs: Sequence[Run], holdings: Sequence[Holding], scene: PreparedScene, attempt: int) -> bool:
+    """Whether to search on: nothing is feasible among obstacles, or what is feasible cannot carry the object."""
+    margins = [holding.margin for run, holding in zip(runs, holdings, strict=True) if run.feasible]
+    return (attempt == 1 and max(margins) < 0.0) if margins else scene.restricts
+
+
 def _refined(
-    runs: tuple[Run, ...], model: ObjectModel, friction: float, noise: NoiseModel, threads: int
+    runs: tuple[Run, ...],
+    holdings: Sequence[Holding],
+    model: ObjectModel,
+    friction: float,
+    noise: NoiseModel,
+    threads: int,
 ) -> tuple[Run, ...]:
     """The runs with the best of them refined."""
-    ranked = rank_runs(model, runs, REFINED, friction, threads, RankingOrder(noise=noise))
+    ranked = rank_runs(model, runs, holdings, REFINED, friction, threads, RankingOrder(noise=noise))
     best = [one.run for one in ranked if one.run.feasible]
     refined = dict(zip(map(id, best), refine_runs(best, model, friction, noise), strict=True))
     return tuple(refined.get(id(run), run) for run in runs)

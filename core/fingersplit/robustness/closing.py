@@ -42,8 +42,8 @@ CLOSING_WORK = np.dtype(
     align=True,
 )
 """Scratch of a closing: how far each finger has closed, 1 at the planned joints and 2 at the squeeze targets; the way
-of its pad [m] and that way's length by phase [m]; where it touches; joints opened, of the grasp and beyond it [rad]; the
-hand as planned, and about the displaced object."""
+of its pad [m] and that way's length by phase [m]; where it touches; joints opened, of the grasp and beyond it [rad];
+the hand as planned, and about the displaced object."""
 
 
 class Closable(Protocol):

@@ -24,7 +24,8 @@ def controls_of(scene: Scene, pull: float, steps: int) -> np.ndarray:
     """A virtual frame that pulls fingertips together with so many newtons."""
     controller = VirtualFrame()
     controller.prepare(scene)
-    return controller.close(scene, Grip(np.full(3, pull), np.zeros((3, 3)), 0.0, False), np.linspace(0.0, 1.0, steps))
+    grip = Grip(np.full(3, pull), np.zeros((3, 3)), 0.0, False, np.zeros(8))
+    return controller.close(scene, grip, np.linspace(0.0, 1.0, steps))
 
 
 def test_hand_stands_where_the_grasp_has_it(placed):
