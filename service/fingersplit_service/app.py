@@ -36,7 +36,7 @@ from fingersplit_service.limits import MAX_HEADER_BYTES
 from fingersplit_service.openapi import DESCRIPTION, TAGS, describe
 from fingersplit_service.operations.metrics import Metrics
 from fingersplit_service.problems import add_problem_handlers
-from fingersplit_service.review import pages, viewer
+from fingersplit_service.review import docs, pages, viewer
 from fingersplit_service.runtime import running
 from fingersplit_service.security.body_limit import BodyLimit
 from fingersplit_service.security.http_manners import ContentDecoding, HeadAsGet
@@ -114,12 +114,13 @@ def create_app(settings: ServiceSettings | None = None, functions: WorkerFunctio
         description=DESCRIPTION,
         openapi_tags=TAGS,
         lifespan=lifespan,
+        docs_url=None,
         redoc_url=None,
         generate_unique_id_function=_operation_id,
     )
     for resource in _RESOURCES:
         app.include_router(resource.router, dependencies=[] if resource is health else [Depends(exact_query)])
-    for router in (pages.root, pages.router, viewer.router):
+    for router in (pages.root, pages.router, viewer.router, docs.router):
         app.include_router(router)
     add_problem_handlers(app)
     # From the inside out: what is added last sees a request first.

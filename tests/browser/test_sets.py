@@ -1,4 +1,4 @@
-"""Pages of data sets and batches: asked for by a form, followed to the end, shards downloaded."""
+"""Pages of data sets and batches, from the form to the downloaded shard; and `/docs` in the system's colours."""
 
 import h5py
 from playwright.sync_api import expect
@@ -48,3 +48,17 @@ def test_a_data_set_is_asked_for_followed_and_downloaded(visit, service, keep, t
         expect(narrow.locator("#set tbody tr")).to_have_count(1)
         assert narrow.evaluate("document.documentElement.scrollWidth") <= PHONE["width"]
         keep(narrow, f"set-phone-{scheme}")
+
+
+def test_the_interactive_documentation_follows_the_colour_scheme(visit, keep):
+    grounds = {}
+    for scheme in ("light", "dark"):
+        page = visit("/docs", scheme=scheme)
+        expect(page.locator(".opblock").first).to_be_visible()
+        grounds[scheme] = page.evaluate("() => getComputedStyle(document.documentElement).backgroundColor")
+        keep(page, f"docs-laptop-{scheme}", full=False)
+    assert grounds["light"] != grounds["dark"]
+    changed = visit("/docs", scheme="light")
+    expect(changed.locator(".opblock").first).to_be_visible()
+    changed.emulate_media(color_scheme="dark")
+    expect(changed.locator("html")).to_have_class("dark-mode")

@@ -134,6 +134,19 @@ async def test_events_go_on_where_they_broke_off(api):
     assert len(events_of(response.text)) == len(story)
 
 
+async def test_replayed_events_carry_the_state_they_were_sent_with(api):
+    """After the end nothing of the end stands in the events that were sent before it."""
+    job_id = await api.queue(FINE)
+    await api.ended(job_id)
+    story = events_of((await api.http.get(f"/v1/jobs/{job_id}/events")).text)
+    assert [name for _, name, _ in story] == [job.state for _, _, job in story]
+    queued, running, ended = story[0][2], story[1][2], story[-1][2]
+    assert (queued.started_at, queued.attempts, queued.finished_at, queued.grasps) == (None, 0, None, None)
+    assert (running.finished_at, running.grasps, running.feasible, running.error) == (None, None, None, None)
+    assert running.started_at == ended.started_at
+    assert (ended.finished_at is not None, ended.grasps) == (True, 1)
+
+
 async def test_events_tell_of_a_second_attempt(api):
     job_id = await api.queue(DIES_ONCE)
     with anyio.fail_after(PATIENCE):

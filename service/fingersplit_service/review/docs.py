@@ -1,0 +1,25 @@
+"""The interactive description of the interface, light or dark as the reader's system is."""
+
+from fastapi import APIRouter, Request
+from fastapi.openapi.docs import get_swagger_ui_html
+from fastapi.responses import HTMLResponse
+
+__all__ = ["router"]
+
+_STATIC = "/static-offline-docs"
+_FOLLOW = '<script src="/review/site/docs.js"></script>'
+router = APIRouter(include_in_schema=False)
+
+
+@router.get("/docs")
+async def docs_page(request: Request) -> HTMLResponse:
+    """Swagger UI with files of this service alone, and what chooses its dark colours."""
+    page = get_swagger_ui_html(
+        openapi_url=request.app.openapi_url,
+        title=f"{request.app.title} · API",
+        swagger_js_url=f"{_STATIC}/swagger-ui-bundle.js",
+        swagger_css_url=f"{_STATIC}/swagger-ui.css",
+        swagger_favicon_url="/review/site/mark.svg",
+    )
+    text = bytes(page.body).decode()
+    return HTMLResponse(text.replace("</head>", f"{_FOLLOW}</head>", 1))
