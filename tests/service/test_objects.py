@@ -48,7 +48,7 @@ async def test_the_name_of_the_file_is_the_default(api, cube):
         ("cube.xyz", 415, "unknown-format", "unknown_format"),
         ("cube", 415, "unknown-format", None),
         ("cube.../../x", 415, "unknown-format", None),
-        ("cube.stl", 422, "invalid-mesh", "not_stl"),
+        ("cube.stl", 422, "invalid-mesh", "other_format"),
     ],
 )
 async def test_a_file_that_is_no_mesh_is_refused(api, cube, filename, status, kind, code):
