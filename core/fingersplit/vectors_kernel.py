@@ -10,6 +10,7 @@ __all__ = [
     "column",
     "cross",
     "dot",
+    "factorize",
     "get",
     "multiply",
     "norm",
@@ -19,6 +20,7 @@ __all__ = [
     "scale",
     "set_rotation_about",
     "solve_positive_definite",
+    "substitute",
     "subtract",
     "vector",
 ]
@@ -137,6 +139,13 @@ def solve_positive_definite(A, B, n):
 
     Rows of a block that has lost rank (pivot below 1e-12 of its diagonal) get X = 0.
     """
+    factorize(A, n)
+    substitute(A, B, n)
+
+
+@kernel
+def factorize(A, n):
+    """Overwrite the lower triangle of the leading (n, n) block by its Cholesky factor, see above for lost rank."""
     for j in range(n):
         diagonal = A[j, j]
         for k in range(j):
@@ -148,6 +157,11 @@ def solve_positive_definite(A, B, n):
             for k in range(j):
                 entry -= A[i, k] * A[j, k]
             A[i, j] = entry / pivot
+
+
+@kernel
+def substitute(A, B, n):
+    """Solve A X = B for a block that ``factorize`` has overwritten; X replaces the first n rows of B."""
     for column in range(B.shape[1]):
         for i in range(n):
             for k in range(i):

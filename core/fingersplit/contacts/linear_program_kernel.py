@@ -5,7 +5,7 @@ import numpy as np
 from fingersplit.compilation import kernel
 from fingersplit.contacts.cone_kernel import FACETS
 from fingersplit.hands.limits import MAX_CHAIN_DRIVERS, MAX_DRIVERS, MAX_FINGERS
-from fingersplit.vectors_kernel import solve_positive_definite
+from fingersplit.vectors_kernel import factorize, substitute
 
 __all__ = ["LINEAR_PROGRAM", "MAX_ROWS", "MAX_VARIABLES", "maximize"]
 
@@ -27,7 +27,7 @@ LINEAR_PROGRAM = np.dtype(
         ("target", np.float64, MAX_ROWS),
         ("dual", np.float64, MAX_VARIABLES),
         ("matrix", np.float64, (MAX_VARIABLES, MAX_VARIABLES)),
-        ("columns", np.float64, (MAX_VARIABLES, 2)),
+        ("column", np.float64, (MAX_VARIABLES, 1)),
         ("A", np.float64, (MAX_ROWS, MAX_VARIABLES)),
         ("b", np.float64, MAX_ROWS),
         ("c", np.float64, MAX_VARIABLES),
@@ -48,7 +48,7 @@ def maximize(c, A, b, rows, columns, x, scratch):
     """Maximise c . x subject to A x <= b.
 
     Newton's method on A x + w = b, A^T z = c, w z = mu with w, z >= 0: a predictor step for mu = 0, then a corrector
-    with the mu that the predictor's success suggests. Each costs one solve with A^T (z / w) A.
+    with the mu that the predictor's success suggests. Both are solved with one factor of A^T (z / w) A.
 
     Args:
         c: Objective, (columns,).
@@ -85,6 +85,7 @@ def maximize(c, A, b, rows, columns, x, scratch):
             dual = max(dual, abs(left))
         if max(gap, primal, dual) < TOLERANCE:
             return True
+        _factorize(A, rows, columns, scratch)
         _direction(A, rows, columns, 0.0, False, scratch)
         longest = min(_longest(w, dw, rows), _longest(z, dz, rows))
         after = 0.0
@@ -94,7 +95,7 @@ def maximize(c, A, b, rows, columns, x, scratch):
         forward = min(1.0, STEP_SHARE * _longest(w, dw, rows))
         sideward = min(1.0, STEP_SHARE * _longest(z, dz, rows))
         for j in range(columns):
-            x[j] += forward * scratch.columns[j, 0]
+            x[j] += forward * scratch.column[j, 0]
         for i in range(rows):
             w[i] += forward * dw[i]
             z[i] += sideward * dz[i]
@@ -102,26 +103,33 @@ def maximize(c, A, b, rows, columns, x, scratch):
 
 
 @kernel
+def _factorize(A, rows, columns, scratch):
+    """Write the Cholesky factor of A^T (z / w) A, which predictor and corrector share, into ``matrix``."""
+    M = scratch.matrix
+    for j in range(columns):
+        for k in range(j + 1):
+            M[j, k] = 0.0
+    for i in range(rows):
+        weight = scratch.z[i] / scratch.w[i]
+        for j in range(columns):
+            for k in range(j + 1):
+                M[j, k] += weight * A[i, j] * A[i, k]
+    factorize(M, columns)
+
+
+@kernel
 def _direction(A, rows, columns, mu, corrected, scratch):
     """Newton step (dx, dw, dz) towards complementarity ``mu``; ``corrected`` by the products of the step before."""
-    M, B, w, z = scratch.matrix, scratch.columns, scratch.w, scratch.z
+    B, w, z = scratch.column, scratch.w, scratch.z
     for j in range(columns):
-        B[j, 0], B[j, 1] = scratch.dual[j], 0.0
-        for k in range(columns):
-            M[j, k] = 0.0
+        B[j, 0] = scratch.dual[j]
     for i in range(rows):
         target = mu - w[i] * z[i] - (scratch.dw[i] * scratch.dz[i] if corrected else 0.0)
         scratch.target[i] = target
-        weight, pull = z[i] / w[i], (target - z[i] * scratch.primal[i]) / w[i]
+        pull = (target - z[i] * scratch.primal[i]) / w[i]
         for j in range(columns):
-            # dz = (target - z dw) / w with dw = primal - A dx, put into A^T dz = dual
-            B[j, 0] -= A[i, j] * pull
-            for k in range(j + 1):
-                M[j, k] += weight * A[i, j] * A[i, k]
-    for j in range(columns):
-        for k in range(j):
-            M[k, j] = M[j, k]
-    solve_positive_definite(M, B, columns)
+            B[j, 0] -= A[i, j] * pull  # dz = (target - z dw) / w with dw = primal - A dx, put into A^T dz = dual
+    substitute(scratch.matrix, B, columns)
     for i in range(rows):
         moved = scratch.primal[i]
         for j in range(columns):
