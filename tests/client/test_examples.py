@@ -3,6 +3,7 @@
 import ast
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -78,6 +79,15 @@ def test_hand_over_files_are_written(service: str, tmp_path: Path) -> None:
     goals = json.loads((tmp_path / "out" / "curobo.json").read_text())
     assert len(grasps) == len(goals["grasp_poses"]["position"]) > 0
     assert all(grasp["pre_grasp_approach"]["desired_distance"] > 0 for grasp in grasps)
+
+
+@pytest.mark.campaign
+def test_an_arm_lifts_an_object_by_a_planned_grasp(service: str) -> None:
+    shown = run(service, "arm.py", MUG)
+    lifted, wanted, slipped = map(float, re.findall(r"(-?[\d.]+)(?: of| mm)", shown[-2]))
+    assert lifted > 0.9 * wanted > 0
+    assert slipped < 10
+    assert shown[-1] == "The object was held."
 
 
 def acronym(path: Path) -> None:
