@@ -62,8 +62,8 @@ def feasible_shares(
         note(f"planning on {size:g} mm")
         model = prepare_object(make(size), f"{size:g} mm")
         for hand in hands:
-            runs = find_grasps(model, hand, starts=starts, seed=0, top_k=1).runs
-            shares[hand.name].append(sum(run.feasible for run in runs) / starts)
+            found = find_grasps(model, hand, starts=starts, seed=0, top_k=1)
+            shares[hand.name].append(found.feasible / found.starts)
     return shares
 
 

@@ -127,7 +127,7 @@ def measure_hand(bench: Bench, hand: Hand) -> HandRow:
         found = find_grasps(model, hand, starts=bench.starts, seed=SEED, threads=1)
         used += process_time() - began
         started, feasible = started + len(found.runs), feasible + found.feasible
-        shares[name] = found.feasible / bench.starts
+        shares[name] = found.feasible / found.starts
         pieces = decompose(model.mesh)
         planned = plan(model, hand, starts=bench.starts, seed=SEED)
         began = perf_counter()

@@ -75,6 +75,10 @@ class Hand:
         """The same hand for every set of active fingers, the preferred one first; itself among them."""
         return tuple(self._siblings)
 
+    def alone(self) -> "Hand":
+        """The same hand that has no other set of active fingers."""
+        return replace(self, _siblings=[])
+
     @property
     def palm(self) -> str:
         """Name of the palm's body."""

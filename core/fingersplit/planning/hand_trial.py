@@ -28,7 +28,7 @@ def try_hand(hand: Hand) -> list[dict[str, Any]]:
             width = share * grip.gripper.opening[1]
             for name, mesh in _objects(width).items():
                 title = f"{name} of {1e3 * width:.0f} mm"
-                planned = find_grasps(prepare_object(mesh, title), grip, starts=STARTS, seed=SEED, top_k=1)
+                planned = find_grasps(prepare_object(mesh, title), grip.alone(), starts=STARTS, seed=SEED, top_k=1)
                 ends = [run.termination for run in planned.runs]
                 found.append(
                     {

@@ -66,7 +66,7 @@ def plan(
 
     Args:
         model: The object, from ``load_object`` or ``prepare_object``.
-        hand: The hand, from ``load_hand``.
+        hand: The hand, from ``load_hand``. Where its first grip finds nothing feasible, the others are tried.
         parallel_grasps: Two-contact grasps to start from, each taken with both finger assignments; None to have
             some found.
         source: Where they are found: ``antipodal``, ``surface_fitting`` or ``both``.

@@ -58,6 +58,7 @@ class Search:
         constraints: What the grasps had to keep to.
         scene: The same, prepared for the object and the hand.
         relaxations: What would leave grasps if it were relaxed; empty unless nothing is feasible in a scene.
+        starts: Most runs that there might be: more than were asked for where the search went on.
         runs: Every finished run, in the order of the starts.
         grasps: The best of them, best first.
         message: One sentence on how it went.
@@ -71,6 +72,7 @@ class Search:
     constraints: Constraints
     scene: PreparedScene
     relaxations: tuple[Relaxation, ...]
+    starts: int
     runs: tuple[Run, ...]
     grasps: tuple[RankedGrasp, ...]
     message: str
@@ -108,11 +110,15 @@ def find_grasps(
     watch = _Watch(seconds)
 
     constraints = constraints or Constraints()
-    hand = attach_bodies(hand, constraints.end_effector.attached_bodies)
+    bodies = constraints.end_effector.attached_bodies
+    others = [attach_bodies(grip, bodies) for grip in hand.grips[1:]] if hand in hand.grips[:1] else []
+    hand = attach_bodies(hand, bodies)
     if parallel_grasps is not None:
         check_on_surface(model, parallel_grasps)
 
-    def search(scene: PreparedScene, count: int, seeds: int | list[int], watch: _Watch, report: Progress) -> _Found:
+    def search(
+        hand: Hand, scene: PreparedScene, count: int, seeds: int | list[int], watch: _Watch, report: Progress
+    ) -> _Found:
         report("parallel_grasps", 0.0)
         given: Sequence[ParallelGrasp]
         if parallel_grasps is None:
@@ -130,21 +136,31 @@ def find_grasps(
         return given, runs
 
     scene = prepare_scene(constraints, model, hand)
-    given, runs = search(scene, starts, seed, watch, report)
-    holdings = holdings_of(runs, model, friction, threads)
+    given, runs = search(hand, scene, starts, seed, watch, report)
+    holdings, tried = holdings_of(runs, model, friction, threads), starts
     for attempt in range(1, ATTEMPTS if parallel_grasps is None else 1):
         if not _worth_more(runs, holdings, scene, attempt):
             break
         watch.lap("ranking")
-        given, more = search(scene, starts * MORE_STARTS**attempt, [seed, attempt], watch, report)
+        count = starts * MORE_STARTS**attempt
+        given, more = search(hand, scene, count, [seed, attempt], watch, report)
+        tried += count
         runs += more
         holdings += holdings_of(more, model, friction, threads)
+    for grip in others:
+        if any(run.feasible for run in runs):
+            break
+        around = prepare_scene(constraints, model, grip)
+        found = search(grip, around, starts, seed, watch, report)
+        if any(run.feasible for run in found[1]):
+            hand, scene, (given, runs), tried = grip, around, found, starts
+            holdings = holdings_of(runs, model, friction, threads)
     relaxations: tuple[Relaxation, ...] = ()
     if scene.restricts and not any(run.feasible for run in runs):
         report("relaxing", 0.0)
 
         def relaxed(wanted: Constraints) -> Sequence[Run]:
-            return search(prepare_scene(wanted, model, hand), starts, seed, _Watch({}), _silent)[1]
+            return search(hand, prepare_scene(wanted, model, hand), starts, seed, _Watch({}), _silent)[1]
 
         relaxations = find_relaxations(scene, runs, relaxed)
         watch.lap("splitting")
@@ -166,6 +182,7 @@ def find_grasps(
         constraints=constraints,
         scene=scene,
         relaxations=relaxations,
+        starts=tried,
         runs=runs,
         grasps=grasps,
         message=" ".join(

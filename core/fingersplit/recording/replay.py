@@ -96,7 +96,7 @@ def replay(
         SettingsError: The result names settings, protocols or controllers that this version does not know.
     """
     result.check_origin(model, hand)
-    grasp = result.grasp(rank)
+    hand, grasp = result.active_grip(hand), result.grasp(rank)
     run, scene = _repeat_search(result, grasp, model, hand, obstacle)
     again = _Simulations(model, hand, pieces)
     return ReplayedGrasp(

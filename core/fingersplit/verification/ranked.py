@@ -74,6 +74,7 @@ def verify_ranked(
         if value < 1:
             raise SettingsError(f"{name} is {value}; it must be at least 1.")
     result.check_origin(model, hand)
+    hand = result.active_grip(hand)
     protocol = load_protocol(protocol) if isinstance(protocol, str) else protocol
     controller = load_controller(controller) if isinstance(controller, str) else controller
     began = perf_counter()

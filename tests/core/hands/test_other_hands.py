@@ -8,7 +8,10 @@ import pytest
 
 from fingersplit.errors import HandError
 from fingersplit.hands import Hand, load_hand
+from fingersplit.objects.convex_pieces import decompose
 from fingersplit.planning.planning import plan
+from fingersplit.recording.replay import replay
+from fingersplit.verification import verify_ranked
 from own_hand import COUNTS, FINGERS, description, hand_mjcf, write_hand
 
 
@@ -228,3 +231,19 @@ def test_more_shapes_than_the_kernels_have_room_for_are_merged(own_hand):
     }
     assert merged
     assert all(shape.link == 0 for shape in merged)
+
+
+def test_other_grips_are_tried_where_the_first_finds_nothing(own_hand, prepared):
+    described = description()
+    (usual,) = described["grips"]
+    three = {"jaws": [["first", "third"], ["thumb"]], "parked": {"second_0": -0.4}}
+    described["grips"] = [usual | {"opening": [0.001, 0.002]}, usual | three]
+    hand, model = own_hand(hand_mjcf(), described), prepared("sphere")
+    result = plan(model, hand, starts=16, seed=0, top_k=2)
+    assert result.summary.feasible
+    assert [contact.finger for contact in result.grasps[0].contacts] == ["first", "third", "thumb"]
+    assert result.active_grip(hand) is hand.grips[1]
+    assert plan(model, hand.alone(), starts=16, seed=0).summary.feasible == 0
+    verified = verify_ranked(result, model, hand, decompose(model.mesh), verified=1)
+    assert verified.grasps[0].verification is not None
+    assert replay(result, 1, model, hand).grasp == result.grasps[0]
