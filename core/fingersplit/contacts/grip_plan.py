@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fingersplit.contacts.grip import GripProblem, least_grip
+from fingersplit.contacts.grip import Grip, GripProblem, least_grip
 from fingersplit.contacts.holding import GRAVITY
 from fingersplit.contacts.holding_kernel import MAX_FORCE
 from fingersplit.grasp import Grasp
@@ -30,6 +30,7 @@ class GripDemand:
 
     Attributes:
         acceleration: Largest acceleration of the hand, in any direction beside gravity [m/s^2].
+        min_acceleration: The same where torques leave no safe grip for more [m/s^2].
         load_margin: The grip carries this many times the load.
         friction_margin: Share of the planned friction that it relies on.
         min_force: Every finger presses with at least this [N].
@@ -43,6 +44,7 @@ class GripDemand:
     """
 
     acceleration: float = 5.0
+    min_acceleration: float = 1.0
     load_margin: float = 1.0
     friction_margin: float = 0.6
     min_force: float = 3.0
@@ -115,22 +117,28 @@ def plan_grip(
     contacts, normals = grasp.contacts, grasp.normals
     posed = hand.pose(grasp.joints, grasp.object_from_palm)
     jacobians = driver_jacobians(hand.arrays, posed.jacobians)
-    load = demand.load_margin * mass * (GRAVITY + demand.acceleration)
     relied = np.broadcast_to(demand.friction_margin * np.asarray(friction, np.float64), len(contacts))
     limits = hand.torque_limits
-    problem = GripProblem(
-        contacts=contacts,
-        normals=normals,
-        jacobians=jacobians,
-        torque_limits=limits,
-        center_of_mass=center_of_mass,
-        friction=relied,
-        least_forces=np.full(len(contacts), demand.min_force),
-        loads=load * _SIDES,
-        max_force=demand.max_force,
-        min_share=demand.min_share,
-    )
-    grip = least_grip(problem)
+
+    def least(acceleration: float) -> tuple[float, Grip]:
+        load = demand.load_margin * mass * (GRAVITY + acceleration)
+        problem = GripProblem(
+            contacts=contacts,
+            normals=normals,
+            jacobians=jacobians,
+            torque_limits=limits,
+            center_of_mass=center_of_mass,
+            friction=relied,
+            least_forces=np.full(len(contacts), demand.min_force),
+            loads=load * _SIDES,
+            max_force=demand.max_force,
+            min_share=demand.min_share,
+        )
+        return load, least_grip(problem)
+
+    load, grip = least(demand.acceleration)
+    if grip.limited:  # rather move slowly than press too little
+        load, grip = least(demand.min_acceleration)
     pressing = -(normals * grip.forces).sum(axis=1)
     torques = np.einsum("fka,fk->a", jacobians, grip.forces)
     stiffness = np.maximum(limits / demand.give, grip.load_torques / demand.sag)

@@ -52,6 +52,27 @@ def test_heavier_and_more_slippery_objects_are_gripped_harder_up_to_the_limit(gr
         assert limited.violation > 0.1
 
 
+def test_short_torques_go_into_the_grip_rather_than_into_acceleration(grasps, barrett):
+    capped = 0
+    for grasp in grasps:
+        light = planned(grasp, barrett, mass=0.05)
+        assert light.load == pytest.approx(0.05 * (9.81 + GRIP_DEMAND.acceleration))
+        hasty = planned(grasp, barrett, mass=1.5, min_acceleration=GRIP_DEMAND.acceleration)
+        heavy = planned(grasp, barrett, mass=1.5)
+        if hasty.limited:
+            capped += 1
+            assert heavy.load == pytest.approx(1.5 * (9.81 + GRIP_DEMAND.min_acceleration))
+            assert heavy.violation < hasty.violation
+    assert capped
+
+
+def test_servos_sag_no_more_than_they_may_under_the_load(grasps, barrett):
+    for grasp in grasps:
+        usual, stiff = planned(grasp, barrett), planned(grasp, barrett, sag=1e-3)
+        assert (usual.stiffness >= barrett.torque_limits / GRIP_DEMAND.give - 1e-9).all()
+        assert stiff.stiffness.max() > 1.5 * usual.stiffness.max()
+
+
 def test_every_finger_takes_its_share_or_is_said_to_support_only(barrett):
     """Two fingers side by side against one: with the share a line apart from the others cannot vanish."""
     normals = np.array([[0.0, 1.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0]])
