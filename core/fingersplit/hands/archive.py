@@ -48,7 +48,7 @@ def unpack(data: bytes, folder: Path) -> None:
     try:
         archive = zipfile.ZipFile(io.BytesIO(data))
     except (zipfile.BadZipFile, ValueError, NotImplementedError) as error:
-        raise HandError(f"The archive is no zip file: {error}.") from error
+        raise HandError("The archive is no zip file, or is damaged.") from error
     members = [member for member in archive.infolist() if not member.filename.endswith("/")]
     if len(members) > MAX_FILES:
         raise HandError(f"The archive holds {len(members)} files; at most {MAX_FILES} are taken.")
@@ -102,7 +102,9 @@ def _check_model(content: bytes, path: PurePosixPath, files: set[PurePosixPath])
     try:
         parser.Parse(content, True)
     except expat.ExpatError as error:
-        raise HandError(f"{path} is not XML: {error}.") from error
+        raise HandError(
+            f"{path} is not XML: it cannot be read from line {error.lineno}, column {error.offset + 1} on."
+        ) from error
 
 
 def _check_reference(path: PurePosixPath, element: str, key: str, value: str, files: set[PurePosixPath]) -> None:
@@ -151,9 +153,11 @@ def _read(archive: zipfile.ZipFile, member: zipfile.ZipInfo, path: PurePosixPath
         with archive.open(member) as stream:
             content = stream.read(most + 1)
     except (zipfile.BadZipFile, ValueError, NotImplementedError, OSError, EOFError, RuntimeError) as error:
-        raise HandError(f"{path} cannot be read from the archive: {error}.") from error
+        raise HandError(
+            f"{path} cannot be read from the archive: it is damaged, encrypted or packed in an unusual way."
+        ) from error
     except Exception as error:  # zlib.error, lzma.LZMAError and their like share no root
-        raise HandError(f"{path} cannot be unpacked: {error}.") from error
+        raise HandError(f"{path} cannot be unpacked: its data are damaged.") from error
     if len(content) > most:
         raise HandError(f"{path} unpacks to more than {most} bytes.")
     return content

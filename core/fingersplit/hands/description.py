@@ -1,5 +1,6 @@
 """The description of a hand, ``hand.toml``: what the model file beside it cannot say. Validated, with a JSON Schema."""
 
+import re
 import tomllib
 from typing import Annotated, Any, Self
 
@@ -164,8 +165,13 @@ def read_description(text: str, origin: str) -> HandDescription:
     """
     try:
         return HandDescription.model_validate(tomllib.loads(text))
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise HandError(f"{origin} is not TOML: {error}.") from error
+    except tomllib.TOMLDecodeError as error:
+        place = re.search(r"line \d+, column \d+", str(error))
+        raise HandError(
+            f"{origin} is not TOML: it cannot be read from {place[0] if place else 'its end'} on."
+        ) from error
+    except RecursionError as error:
+        raise HandError(f"{origin} is nested too deeply.") from error
     except ValidationError as error:
         raise HandError(f"{origin}: {'; '.join(map(_fault, error.errors()))}.") from error
 

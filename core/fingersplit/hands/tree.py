@@ -60,7 +60,7 @@ def compile_model(path: Path, root: Path) -> tuple[Any, list[str]]:
     except OSError as error:
         raise HandError(f"{path} cannot be read: {error.strerror or error}.") from error
     except ValueError as error:
-        raise HandError(f"{path.name} does not compile: {' '.join(str(error).split())}") from error
+        raise HandError(f"{path.name} does not compile. MuJoCo says: {' '.join(str(error).split())}") from error
 
 
 def read_tree(model: Any, description: HandDescription) -> Tree:

@@ -29,7 +29,10 @@ def rewrite_urdf(model: Path, root: Path) -> tuple[str, list[str]]:
     try:
         robot = ElementTree.fromstring(_PREFIX.sub(rb"\1\2_\3", model.read_bytes()))
     except ElementTree.ParseError as error:
-        raise HandError(f"{model.name} is not XML: {error}.") from error
+        line, column = error.position
+        raise HandError(
+            f"{model.name} is not XML: it cannot be read from line {line}, column {column + 1} on."
+        ) from error
     if any(str(element.tag).startswith("xacro_") for element in robot.iter()):
         raise HandError(f"{model.name} is a xacro file; expand it first with `xacro {model.name} > hand.urdf`.")
     files = [path for path in sorted(root.rglob("*")) if path.is_file()]

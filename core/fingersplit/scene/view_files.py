@@ -78,7 +78,9 @@ def _read_archive(path: Path) -> dict[str, Any]:
         with np.load(path, allow_pickle=False) as stored:
             given = {name: stored[name] for name in _ARRAYS if name in stored.files}
     except (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile, NotImplementedError) as error:
-        raise SceneError("file", f"is no archive of arrays that NumPy reads: {error}.") from error
+        raise SceneError(
+            "file", f"is no archive of plain arrays, or is damaged; give an .npz with {', '.join(_ARRAYS)}."
+        ) from error
     for name, array in given.items():
         if array.dtype.kind not in "biuf":
             raise SceneError(name, f"holds {array.dtype}, not numbers.")
@@ -96,4 +98,4 @@ def _read_png(field: str, path: Path) -> NDArray[Any]:
                 raise SceneError(field, f"has {image.width} x {image.height} pixels; allowed: {MAX_PIXELS:,}.")
             return np.array(image)
     except (OSError, UnidentifiedImageError, SyntaxError, ValueError) as error:
-        raise SceneError(field, f"is no PNG image: {error}.") from error
+        raise SceneError(field, "is no PNG image, or is damaged.") from error
