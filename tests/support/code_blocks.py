@@ -5,10 +5,12 @@ import shlex
 from dataclasses import dataclass
 from pathlib import Path
 
-__all__ = ["PAGES", "Block", "blocks", "commands"]
+__all__ = ["FOLLOWED", "PAGES", "Block", "blocks", "commands"]
 
 ROOT = Path(__file__).parents[2]
 PAGES = sorted([ROOT / "README.md", ROOT / "clients" / "python" / "README.md", *(ROOT / "docs").glob("*.md")])
+FOLLOWED = {"docs/datasets.md", "docs/depth_camera.md", "docs/failed_run.md"}
+"""Tutorials whose blocks build on each other; their library and commands are run in order, as a reader does."""
 
 
 @dataclass(frozen=True)
@@ -41,6 +43,8 @@ def commands(program: str) -> list[tuple[str, list[str]]]:
     found = []
     for block in blocks("sh", "console"):
         for line in block.text.replace("\\\n", " ").splitlines():
+            if block.language == "console" and not line.startswith("$ "):
+                continue  # what the command before it printed
             words = shlex.split(line.removeprefix("$ "), comments=True)
             if words and Path(words[0]).name == program:
                 found.append((str(block), words))
