@@ -111,7 +111,8 @@ def _relaxed(scene: PreparedScene, runs: Sequence[Run]) -> Iterator[tuple[str, s
         obstacles = tuple(obstacle for obstacle in world.obstacles if obstacle.id != name)
         supports = tuple(support for support in world.support_surfaces if support.id != name)
         free = replace(given, scene=replace(world, obstacles=obstacles, support_surfaces=supports))
-        yield f"obstacle {name!r}", "m", free, f"Were {name!r} {{}} farther away, there would be a grasp."
+        told = f"Without {name!r} there would be a grasp; it would have to stand at least {{}} farther away."
+        yield f"obstacle {name!r}", "m", free, told  # a lower bound: the way in may need more
     if approach.required:
         free = replace(given, approach=replace(approach, required=False))
         yield "approach.required", "", free, ""

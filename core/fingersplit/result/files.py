@@ -9,12 +9,13 @@ from fingersplit.result.plan import PlanResult
 __all__ = ["read_result", "write_result"]
 
 
-def read_result(path: Path) -> PlanResult:
+def read_result(path: Path | str) -> PlanResult:
     """A result from a JSON file, as ``fingersplit plan --json`` and the service write it.
 
     Raises:
         ResultError: The file cannot be read, is not JSON or holds no result of this version.
     """
+    path = Path(path)
     try:
         document = json.loads(path.read_bytes())
     except OSError as error:
