@@ -3,6 +3,7 @@ import sys
 import time
 from collections.abc import AsyncIterator, Callable, Iterator
 from contextlib import AbstractAsyncContextManager, AsyncExitStack, ExitStack, asynccontextmanager, contextmanager
+from inspect import isawaitable
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -38,9 +39,12 @@ PATIENCE = 120
 
 
 async def until(condition: Callable[[], object]) -> None:
-    """Wait for a condition to come true; fails when it does not."""
+    """Wait for a condition, which may have to be awaited, to come true; fails when it does not."""
     with anyio.fail_after(PATIENCE):
-        while not condition():
+        while True:
+            met = condition()
+            if await met if isawaitable(met) else met:
+                return
             await anyio.sleep(0.01)
 
 

@@ -1,8 +1,7 @@
 """Data sets over HTTP are filled round by round by jobs; nothing is lost or planned twice; each is its owner's."""
 
-import anyio
 import pytest
-from conftest import PATIENCE, Api, cube_file
+from conftest import Api, cube_file, until
 from fake_workers import FINE, NO_GRASP, RAISES, WAITS
 
 pytestmark = pytest.mark.anyio
@@ -20,10 +19,26 @@ async def begun(api: Api, objects: list[str], hand: str = FINE, **asked: object)
 
 async def filled(api: Api, dataset_id: str) -> dict:
     """The data set once it is complete."""
-    with anyio.fail_after(PATIENCE):
-        while (found := (await api.http.get(f"{PATH}/{dataset_id}")).json())["state"] == "running":
-            await anyio.sleep(0.02)
-    return found
+
+    async def ended() -> bool:
+        return (await api.http.get(f"{PATH}/{dataset_id}")).json()["state"] != "running"
+
+    await until(ended)
+    return (await api.http.get(f"{PATH}/{dataset_id}")).json()
+
+
+async def rounds(api: Api, dataset_id: str) -> list[dict]:
+    """The jobs of its rounds."""
+    return (await api.http.get("/v1/jobs", params={"batch_id": dataset_id})).json()["items"]
+
+
+async def begin_rounds(api: Api, dataset_id: str, count: int) -> None:
+    """Wait until so many rounds have been begun."""
+
+    async def begun_enough() -> bool:
+        return len(await rounds(api, dataset_id)) >= count
+
+    await until(begun_enough)
 
 
 async def cubes(api: Api, count: int) -> list[str]:
@@ -57,25 +72,21 @@ async def test_objects_are_given_up_with_their_cause(api):
 async def test_a_data_set_goes_on_after_a_restart(start, tmp_path):
     async with start(tmp_path) as api:
         asked = await begun(api, await cubes(api, 2), WAITS)
-        with anyio.fail_after(PATIENCE):
-            while not (await api.http.get("/v1/jobs", params={"batch_id": asked["id"]})).json()["items"]:
-                await anyio.sleep(0.01)
+        await begin_rounds(api, asked["id"], 1)
     async with start(tmp_path) as api:
         api.go()
         found = await filled(api, asked["id"])
         assert (found["done"], found["selected"]) == (2, 4)
-        jobs = (await api.http.get("/v1/jobs", params={"batch_id": asked["id"]})).json()["items"]
+        jobs = await rounds(api, asked["id"])
         assert len(jobs) == 4
 
 
 async def test_cancelling_ends_its_jobs_and_deleting_removes_them(api):
     asked = await begun(api, await cubes(api, 2), WAITS)
-    with anyio.fail_after(PATIENCE):
-        while len((await api.http.get("/v1/jobs", params={"batch_id": asked["id"]})).json()["items"]) < 2:
-            await anyio.sleep(0.01)
+    await begin_rounds(api, asked["id"], 2)
     cancelled = (await api.http.post(f"{PATH}/{asked['id']}/cancel")).json()
     assert cancelled["state"] == "cancelled"
-    jobs = (await api.http.get("/v1/jobs", params={"batch_id": asked["id"]})).json()["items"]
+    jobs = await rounds(api, asked["id"])
     assert {job["state"] for job in jobs} == {"cancelled"}
     assert (await api.http.delete(f"{PATH}/{asked['id']}")).status_code == 204
     assert (await api.http.get(f"{PATH}/{asked['id']}")).status_code == 404
