@@ -166,12 +166,14 @@ class Dispatcher:
         """Have the worker run the job; what is left to do is to write how that ended."""
         limit = self._settings.plan_deadline_s
         deadline = limit if job.deadline_s is None else min(limit, job.deadline_s)
+        request = JobCreate.model_validate_json(job.request)
+        threads = 1 + self._pool.idle_workers  # cores that nothing else wants
         began = time.monotonic()
         try:
             outcome = await lease.worker.run(
                 self._functions.plan,
                 self._storage,
-                PlanTask(job.id, job.object_name, JobCreate.model_validate_json(job.request), deadline),
+                PlanTask(job.id, job.object_name, request, deadline, threads),
                 deadline_s=deadline,
                 on_report=lambda report: self._note(job, report),
             )

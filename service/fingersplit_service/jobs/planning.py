@@ -38,12 +38,14 @@ class PlanTask:
         object_name: Name of the object for people.
         request: What was asked for.
         deadline_s: When the worker will be killed [s].
+        threads: Threads that may plan; what comes out does not depend on it.
     """
 
     job_id: str
     object_name: str
     request: JobCreate
     deadline_s: float
+    threads: int = 1
 
 
 def plan_job(storage: Storage, task: PlanTask) -> JobOutcome:
@@ -55,7 +57,7 @@ def plan_job(storage: Storage, task: PlanTask) -> JobOutcome:
     report_progress("preparing", 0.0)
     model = prepared_object(storage, request.object_id, task.object_name)
     hand = stored_hand(storage, request.hand)
-    planned = plan(model, hand, **_asked(storage, request), progress=report_progress)
+    planned = plan(model, hand, **_asked(storage, request), threads=task.threads, progress=report_progress)
     if request.verified:
         planned = _verify(storage, planned, model, hand, request, verify_until)
     return _outcome(planned.to_dict())

@@ -132,6 +132,11 @@ class WorkerPool:
         return self._active
 
     @property
+    def idle_workers(self) -> int:
+        """Number of workers that could begin to work now, spare ones not counted."""
+        return min(len(self._free), self._workers - self._active)
+
+    @property
     def waiting_answers(self) -> int:
         """Number of owners' requests that wait for a worker."""
         return self._turns.answers
