@@ -63,6 +63,7 @@ def main() -> None:
 def _measure_alone(sections: list[str], arguments: argparse.Namespace, figures: dict[str, Any]) -> None:
     """Figures of sections that one service is enough for."""
     with TemporaryDirectory() as folder, Server(Path(folder)) as server:
+        server.wait_until_complete()  # the spare worker's start takes a core
         for section in sections:
             if section not in figures:
                 figures[section] = measure(section, server, arguments)

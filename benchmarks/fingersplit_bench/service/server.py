@@ -79,6 +79,11 @@ class Server:
         warm, spare = (float(told[f'fingersplit_workers{{state="{state}"}}']) for state in ("warm", "spare"))
         return (warm, spare) == (self._workers, self._spares)
 
+    def wait_until_complete(self) -> None:
+        """Wait until all workers are warm, the spare ones too."""
+        while not self.complete():
+            time.sleep(0.05)
+
     def processes(self) -> list[int]:
         """Process ids of it and its children."""
         found = [self.process.pid]
