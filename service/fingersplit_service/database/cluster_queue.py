@@ -15,13 +15,14 @@ import sqlalchemy as sa
 from fingersplit_service.database.connection import Database, transaction
 from fingersplit_service.database.queue import QUEUED_AGAIN, JobQueue, failure
 from fingersplit_service.database.rows import LISTED_COLUMNS, JobRow, job_row
-from fingersplit_service.database.tables import agents, jobs
+from fingersplit_service.database.tables import RUNNING, agents, jobs
 
 __all__ = ["Beat", "ClusterQueue", "Rescue"]
 
 _MAX_ABANDONED = 5  # a job under which machines fall silent is not run for ever
 _HEAD_EVERY = 16  # claims, of which one takes the oldest job whether its object is warm or not
 _WINDOW = 200  # jobs of an owner among which one with a warm object may be taken before older ones
+_CANDIDATES = 16  # of them that are looked at: others may be claiming some at this moment
 _RESCUE_LOCK = 0x66696E69  # of PostgreSQL, held by the one agent that rescues
 _RESCUE_WAITS = "1s"  # for rows that a machine holds which was stopped within a transaction; then it is tried again
 _UNKNOWN_FOR = 3.0  # how long a job may be this agent's in the table before the agent knows of it [s]
@@ -42,23 +43,25 @@ _OWNERS = sa.text(
     SELECT owner,
            -- What the database's machine forgets of a claim when it loses power is noticed by the agent's next beat.
            set_config('synchronous_commit', 'off', true),
+           -- A plan for any owner, made while the table was empty, would later read every job of an owner.
+           set_config('plan_cache_mode', 'force_custom_plan', true),
            (SELECT count(*) FROM jobs WHERE jobs.state = 'running' AND jobs.owner = waiting.owner) AS running,
            (SELECT max(started_at) FROM jobs WHERE jobs.owner = waiting.owner) AS served
     FROM waiting WHERE owner IS NOT NULL ORDER BY running, served NULLS FIRST, owner
     """
 )
+_TOP = "(SELECT max(priority) FROM jobs WHERE state = 'queued' AND owner = :owner)"
 _COLUMNS = ", ".join(f"jobs.{column.name}" for column in (*LISTED_COLUMNS, jobs.c.request))
 
 
 def _claim_statement(where: str) -> sa.TextClause:
     """Take the first job of an owner's highest priority; as text, since every job passes it."""
-    top = "(SELECT max(priority) FROM jobs WHERE state = 'queued' AND owner = :owner)"
     return sa.text(
         f"""
         UPDATE jobs SET state = 'running', attempts = attempts + 1, started_at = :now, runner = :agent,
                         stage = NULL, progress = NULL
         WHERE state = 'queued' AND number = (
-            SELECT number FROM jobs WHERE state = 'queued' AND owner = :owner AND priority = {top} {where}
+            SELECT number FROM jobs WHERE state = 'queued' AND owner = :owner AND priority = {_TOP} {where}
             ORDER BY number LIMIT 1 FOR UPDATE SKIP LOCKED)
         RETURNING {_COLUMNS}
         """
@@ -67,11 +70,13 @@ def _claim_statement(where: str) -> sa.TextClause:
 
 _CLAIM_FIRST = _claim_statement("")
 _CLAIM_NEAR = _claim_statement(
-    """
-    AND object_id = ANY(:warm) AND number < COALESCE((
-        SELECT number FROM jobs WHERE state = 'queued' AND owner = :owner
-        AND priority = (SELECT max(priority) FROM jobs WHERE state = 'queued' AND owner = :owner)
-        ORDER BY number OFFSET :window LIMIT 1), 9223372036854775807)
+    f"""
+    AND number = ANY(ARRAY(
+        SELECT number FROM (
+            SELECT number, object_id FROM jobs WHERE state = 'queued' AND owner = :owner AND priority = {_TOP}
+            ORDER BY number LIMIT :window
+        ) AS first WHERE object_id = ANY(:warm) LIMIT {_CANDIDATES}
+    ))
     """
 )
 
@@ -176,7 +181,7 @@ class ClusterQueue(JobQueue):
         alive = sa.update(agents).where(agents.c.id == self.agent).values(beat_at=_NOW).returning(agents.c.id)
         if connection.execute(alive).scalar() is None:
             return Beat(known=False)
-        mine = (jobs.c.state == "running") & (jobs.c.runner == self.agent)
+        mine = RUNNING & (jobs.c.runner == self.agent)
         rows = connection.execute(sa.select(jobs.c.id, jobs.c.attempts, jobs.c.started_at).where(mine)).all()
         table = {row[0]: (row[1], row[2]) for row in rows}
         before = time.time() - _UNKNOWN_FOR
@@ -210,7 +215,7 @@ class ClusterQueue(JobQueue):
         silent = sa.delete(agents).where(agents.c.beat_at < _NOW - silence_s, agents.c.id != self.agent)
         connection.execute(silent)
         alive = sa.select(agents.c.id)
-        left = (jobs.c.state == "running") & (jobs.c.runner.is_(None) | jobs.c.runner.not_in(alive))
+        left = RUNNING & (jobs.c.runner.is_(None) | jobs.c.runner.not_in(alive))
         detail = f"The machine that ran it fell silent {_MAX_ABANDONED} times."
         again = {"abandoned": jobs.c.abandoned + 1, "runner": None}
         last = left & (jobs.c.abandoned >= _MAX_ABANDONED - 1)

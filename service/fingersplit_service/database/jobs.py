@@ -9,11 +9,11 @@ import sqlalchemy as sa
 from fingersplit_client.schemas import JobState
 from fingersplit_service.database.connection import Store, accepting, reading, transaction
 from fingersplit_service.database.rows import LISTED_COLUMNS, JobRow, NewJob, job_row, one_job
-from fingersplit_service.database.tables import datasets, jobs, objects, results
+from fingersplit_service.database.tables import QUEUED, RUNNING, datasets, jobs, objects, results
 from fingersplit_service.database.usage import Limits, count_jobs, refuse_excess
 
 # Statements that every job runs through are built once: building one takes longer than SQLite does to run it.
-_COUNT_WAITING = sa.select(sa.func.count()).where(jobs.c.owner == sa.bindparam("of"), jobs.c.state == "queued")
+_COUNT_WAITING = sa.select(sa.func.count()).where(jobs.c.owner == sa.bindparam("of"), QUEUED)
 _USE_OBJECTS = (
     sa.update(objects)
     .where(objects.c.owner == sa.bindparam("of"), objects.c.id.in_(sa.bindparam("wanted", expanding=True)))
@@ -180,8 +180,10 @@ class JobStore(Store):
     @reading
     def batch(self, connection: sa.Connection, owner: str, batch_id: str) -> list[tuple[str, JobState]]:
         """Ids and states of a batch's jobs in their order; empty when the owner has no such batch."""
-        query = sa.select(jobs.c.id, jobs.c.state).where(jobs.c.owner == owner, jobs.c.batch_id == batch_id)
-        return [(job_id, state) for job_id, state in connection.execute(query.order_by(jobs.c.number))]
+        # By the batch alone: with the owner in the condition PostgreSQL may read all jobs of the owner instead.
+        query = sa.select(jobs.c.owner, jobs.c.id, jobs.c.state).where(jobs.c.batch_id == batch_id)
+        rows = connection.execute(query.order_by(jobs.c.number))
+        return [(job_id, state) for whose, job_id, state in rows if whose == owner]
 
     @reading
     def batches(
@@ -219,9 +221,9 @@ class JobStore(Store):
     @reading
     def counts(self, connection: sa.Connection) -> dict[str, int]:
         """How many jobs of all owners are queued and running."""
-        query = sa.select(jobs.c.state, sa.func.count()).where(jobs.c.state.in_(("queued", "running")))
-        return {"queued": 0, "running": 0} | {
-            row[0]: row[1] for row in connection.execute(query.group_by(jobs.c.state))
+        return {
+            state: connection.execute(sa.select(sa.func.count()).where(which)).scalar_one()
+            for state, which in (("queued", QUEUED), ("running", RUNNING))
         }
 
     @reading

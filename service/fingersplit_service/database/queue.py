@@ -14,7 +14,7 @@ import sqlalchemy as sa
 from fingersplit_client.schemas import JobError
 from fingersplit_service.database.connection import Database, Store, transaction
 from fingersplit_service.database.rows import LISTED_COLUMNS, JobRow, job_row
-from fingersplit_service.database.tables import jobs, results
+from fingersplit_service.database.tables import QUEUED, RUNNING, jobs, results
 from fingersplit_service.jobs.outcome import JobResultRow
 
 __all__ = ["QUEUED_AGAIN", "JobQueue", "failure"]
@@ -25,19 +25,17 @@ _MAX_ATTEMPTS = 10  # a job under which the whole service dies each time is not 
 # Statements that every job runs through are built once: building one takes longer than SQLite does to run it.
 _WAITING = (
     sa.select(jobs.c.owner, jobs.c.priority, sa.func.min(jobs.c.number), sa.func.count())
-    .where(jobs.c.state == "queued")
+    .where(QUEUED)
     .group_by(jobs.c.owner, jobs.c.priority)
 )
-_RUNNING = sa.select(jobs.c.owner, sa.func.count()).where(jobs.c.state == "running").group_by(jobs.c.owner)
+_RUNNING = sa.select(jobs.c.owner, sa.func.count()).where(RUNNING).group_by(jobs.c.owner)
 _CLAIM = (
     sa.update(jobs)
-    .where(jobs.c.number == sa.bindparam("next_job"), jobs.c.state == "queued")
+    .where(jobs.c.number == sa.bindparam("next_job"), QUEUED)
     .values(state="running", attempts=jobs.c.attempts + 1)  # and what else is given
     .returning(*LISTED_COLUMNS, jobs.c.request)
 )
-_THIS_ATTEMPT = (
-    (jobs.c.id == sa.bindparam("job_id")) & (jobs.c.attempts == sa.bindparam("attempt")) & (jobs.c.state == "running")
-)
+_THIS_ATTEMPT = (jobs.c.id == sa.bindparam("job_id")) & (jobs.c.attempts == sa.bindparam("attempt")) & RUNNING
 _KEEP = sa.insert(results)
 QUEUED_AGAIN: dict[str, Any] = {"state": "queued"}
 """What a job that waits again has in its row."""
@@ -150,7 +148,7 @@ class JobQueue(Store):
         Returns:
             How many were queued again.
         """
-        left = jobs.c.state == "running"
+        left = RUNNING
         failed = failure("worker_died", f"The service ended {_MAX_ATTEMPTS} times while running it.")
         connection.execute(sa.update(jobs).where(left, jobs.c.attempts >= _MAX_ATTEMPTS).values(failed))
         return connection.execute(sa.update(jobs).where(left).values(QUEUED_AGAIN)).rowcount

@@ -6,6 +6,8 @@ Times are seconds since 1970, UTC; documents are JSON text. ``owner`` is the id 
 import sqlalchemy as sa
 
 __all__ = [
+    "QUEUED",
+    "RUNNING",
     "agents",
     "api_keys",
     "dataset_rounds",
@@ -97,14 +99,22 @@ jobs = sa.Table(
     sa.Index("ix_jobs_owner_number", "owner", "number"),
     sa.Index("ix_jobs_owner_state", "owner", "state", "number"),
     sa.Index("ix_jobs_owner_object", "owner", "object_id", "number"),
-    sa.Index("ix_jobs_queue", "state", "priority", "owner", "number"),
-    sa.Index("ix_jobs_waiting", "state", "owner", "priority", "number"),
+    *(
+        sa.Index(name, *columns, sqlite_where=sa.text(of), postgresql_where=sa.text(of))
+        for name, of, columns in (
+            ("ix_jobs_queued", "state = 'queued'", ("owner", "priority", "number")),
+            ("ix_jobs_running", "state = 'running'", ("owner", "runner")),
+        )
+    ),
     sa.Index("ix_jobs_served", "owner", "started_at"),
     sa.Index("ix_jobs_batch", "batch_id", "number"),
     sa.Index("ix_jobs_finished", "finished_at"),
     sa.Index("ix_jobs_verification", "verification", "owner", "number"),
     sa.Index("ix_jobs_idempotency", "owner", "idempotency_key", unique=True),
 )
+
+QUEUED, RUNNING = (jobs.c.state == sa.literal_column(f"'{state}'") for state in ("queued", "running"))
+"""Conditions on jobs, as text: with a parameter the database cannot know that it may use the index of these rows."""
 
 results = sa.Table(
     "results",

@@ -8,7 +8,7 @@ from datetime import UTC, datetime
 import sqlalchemy as sa
 
 from fingersplit_service.database.connection import Store, reading, transaction, upsert
-from fingersplit_service.database.tables import jobs, objects, usage
+from fingersplit_service.database.tables import QUEUED, jobs, objects, usage
 from fingersplit_service.settings import ServiceSettings
 
 __all__ = ["LimitReached", "Limits", "UsageStore", "Used", "count_jobs", "refuse_excess"]
@@ -79,7 +79,7 @@ class UsageStore(Store):
     def used(self, connection: sa.Connection, owner: str) -> Used:
         """What an owner uses now."""
         now = time.time()
-        waiting = sa.select(sa.func.count()).where(jobs.c.owner == owner, jobs.c.state == "queued")
+        waiting = sa.select(sa.func.count()).where(jobs.c.owner == owner, QUEUED)
         return Used(
             queued_jobs=connection.execute(waiting).scalar_one(),
             jobs_per_minute=int(_amount(connection, owner, "jobs", _start(now, _MINUTE))),
