@@ -8,6 +8,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from fingersplit.objects.parametric import cylinder
+from fingersplit_bench.service.behind import measure_behind
 from fingersplit_bench.service.cluster import measure_cluster
 from fingersplit_bench.service.delay import measure_delay
 from fingersplit_bench.service.faults import measure_cancel, survive_kills
@@ -20,7 +21,20 @@ from fingersplit_client import Client
 
 __all__ = ["SECTIONS", "main", "measure"]
 
-SECTIONS = ("start", "latency", "plan", "recording", "cancel", "delay", "load", "kills", "list", "cluster", "scaling")
+SECTIONS = (
+    "start",
+    "latency",
+    "plan",
+    "recording",
+    "cancel",
+    "delay",
+    "behind",
+    "load",
+    "kills",
+    "list",
+    "cluster",
+    "scaling",
+)
 
 
 def main() -> None:
@@ -35,6 +49,7 @@ def main() -> None:
     parser.add_argument("--cluster-jobs", type=int, default=2_000, help="jobs of the section cluster")
     parser.add_argument("--kill-jobs", type=int, default=300, help="jobs during which things are killed")
     parser.add_argument("--delay-kills", type=int, default=9, help="kills while a delay is measured")
+    parser.add_argument("--default-jobs", type=int, default=500, help="jobs of the section behind")
     parser.add_argument("--report", type=Path, default=Path("build/bench"), help="folder for the report")
     arguments = parser.parse_args()
     sections = list(arguments.sections or SECTIONS)
@@ -91,6 +106,8 @@ def measure(section: str, server: Server, arguments: argparse.Namespace) -> dict
         return measure_cancel(server, mesh, 10)
     if section == "delay":
         return measure_delay(server, can, arguments.repeats, arguments.delay_kills)
+    if section == "behind":
+        return measure_behind(server, mesh, arguments.default_jobs)
     if section == "kills":
         return survive_kills(server, can, arguments.kill_jobs, 30, seed=1)
     if section == "list":

@@ -23,6 +23,7 @@ Returned = TypeVar("Returned")
 _PR_SET_PDEATHSIG = 1
 _REPORT_INTERVAL = 0.05  # [s]
 _LOWEST = 19  # niceness
+_BUSY = 2.0  # processes that want to run, for each core, from which on idle ones would hardly ever get it
 _ALLOCATOR_RESERVE = "65536"  # [KiB]; else rerun and arrow each take 1 GiB of the address space when they are loaded
 
 
@@ -85,9 +86,10 @@ def execute(call: int, function: Callable[..., Returned], arguments: tuple[Any, 
 
 
 def run_niced(niceness: int, function: Callable[..., Returned], *arguments: Any) -> Returned:
-    """Run a function at a lower priority of the operating system; at 19, the lowest, only where a core is idle.
+    """Run a function at a lower priority of the operating system, 19 is the lowest.
 
-    It runs in a thread of its own: Linux has a priority for each thread, and a process cannot raise its own again.
+    At 19 it gets what idle cores leave, unless the machine is too busy for that to ever happen. It runs in a thread of
+    its own: Linux has a priority for each thread, and a process cannot raise its own again.
     """
     with ThreadPoolExecutor(1, initializer=_lower_priority, initargs=(niceness,)) as pool:
         return pool.submit(function, *arguments).result()
@@ -97,7 +99,8 @@ def _lower_priority(niceness: int) -> None:
     if sys.platform == "linux":
         thread = threading.get_native_id()
         os.setpriority(os.PRIO_PROCESS, thread, max(niceness, os.getpriority(os.PRIO_PROCESS, thread)))
-        if niceness == _LOWEST:  # a core that runs nothing else counts as idle when a thread of a job looks for one
+        if niceness == _LOWEST and os.getloadavg()[0] < _BUSY * (os.cpu_count() or 1):
+            # A core that runs nothing else then counts as idle when a thread of a job looks for one.
             os.sched_setscheduler(thread, os.SCHED_IDLE, os.sched_param(0))
 
 
