@@ -12,6 +12,7 @@ from fingersplit_bench.service.behind import measure_behind
 from fingersplit_bench.service.cluster import measure_cluster
 from fingersplit_bench.service.delay import measure_delay
 from fingersplit_bench.service.faults import measure_cancel, survive_kills
+from fingersplit_bench.service.flood import measure_flood
 from fingersplit_bench.service.latency import measure_latency, measure_list, measure_plan
 from fingersplit_bench.service.load import jobs_per_second_without_http, measure_load
 from fingersplit_bench.service.recording import measure_recording
@@ -32,6 +33,7 @@ SECTIONS = (
     "load",
     "kills",
     "list",
+    "flood",
     "cluster",
     "scaling",
 )
@@ -54,14 +56,16 @@ def main() -> None:
     arguments = parser.parse_args()
     sections = list(arguments.sections or SECTIONS)
     figures: dict[str, Any] = {}
-    if "cluster" in sections:  # starts services of its own
-        figures["cluster"] = measure_cluster(arguments.repeats, arguments.cluster_jobs)
-        print("cluster: " + ", ".join(f"{name} {value:.4g}" for name, value in figures["cluster"].items()), flush=True)
-        sections.remove("cluster")
-    if "scaling" in sections:
-        figures["scaling"] = measure_scaling(arguments.cluster_jobs // 4)
-        print("scaling: " + ", ".join(f"{name} {value:.4g}" for name, value in figures["scaling"].items()), flush=True)
-        sections.remove("scaling")
+    alone = {  # sections with services of their own
+        "flood": lambda: measure_flood(arguments.cluster_jobs),
+        "cluster": lambda: measure_cluster(arguments.repeats, arguments.cluster_jobs),
+        "scaling": lambda: measure_scaling(arguments.cluster_jobs // 4),
+    }
+    for name, measured in alone.items():
+        if name in sections:
+            figures[name] = measured()
+            print(f"{name}: " + ", ".join(f"{key} {value:.4g}" for key, value in figures[name].items()), flush=True)
+            sections.remove(name)
     if "start" in sections:  # before anything else runs
         with TemporaryDirectory() as folder, Server(Path(folder), spares=0) as fresh:
             figures["start"] = {"seconds_to_ready": fresh.seconds_to_ready, "memory_mib": fresh.memory()}

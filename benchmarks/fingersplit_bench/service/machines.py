@@ -35,13 +35,17 @@ class Machine:
     Args:
         role: ``serve`` or ``worker``.
         settings: Of the service.
+
+    Attributes:
+        url: Where it listens.
+        environment: The settings as its environment variables.
     """
 
     def __init__(self, role: str, **settings: object) -> None:
         self.port = free_port()
         self.url = f"http://127.0.0.1:{self.port}"
         settings = {"port": self.port, "log_level": "error", "data_dir": mkdtemp(prefix="fingersplit-"), **settings}
-        self._environment = {f"FINGERSPLIT_{name.upper()}": str(value) for name, value in settings.items()}
+        self.environment = {f"FINGERSPLIT_{name.upper()}": str(value) for name, value in settings.items()}
         self._role = role
         self.start()
 
@@ -50,7 +54,7 @@ class Machine:
         # Not as a module to run: worker processes import its functions by their module's name.
         program = "from fingersplit_bench.service.no_work import main; main()"
         command = [sys.executable, "-c", program, self._role]
-        self.process = subprocess.Popen(command, env=os.environ | self._environment, start_new_session=True)
+        self.process = subprocess.Popen(command, env=os.environ | self.environment, start_new_session=True)
 
     def wait_until_ready(self) -> None:
         """Wait until its workers are warm."""
