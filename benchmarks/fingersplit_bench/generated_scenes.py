@@ -21,7 +21,7 @@ MANY_STARTS = 2_000
 """Where so many find nothing, nothing is asked of an ordinary plan."""
 VIOLATED = 0.5e-3
 """[m]"""
-MOST_CLUTTER = 6
+MAX_CLUTTER = 6
 """Primitives on the table beside the object, at most."""
 
 
@@ -66,7 +66,7 @@ def generated_scenes_chapter(bench: Bench) -> Chapter:
     solved, solvable = (sum(getattr(one, name) for one in measured) for name in ("solved", "solvable"))
     violating, grasps = (sum(getattr(one, name) for one in measured) for name in ("violating", "grasps"))
     text = (
-        f"Objects in stable poses, drawn by how likely these are, on tables and in bins with up to {MOST_CLUTTER} "
+        f"Objects in stable poses, drawn by how likely these are, on tables and in bins with up to {MAX_CLUTTER} "
         f"primitives beside them; {bench.starts} starts. Solved: {solved} of the {solvable} scenes where an ordinary "
         f"plan or one of {MANY_STARTS:,} starts finds a feasible grasp with a free approach. Violating: {violating} of "
         f"{grasps} feasible grasps break a constraint by more than {1e3 * VIOLATED:g} mm, at {POINTS} points on every "
@@ -152,7 +152,7 @@ def _clutter(low: np.ndarray, high: np.ndarray, rng: np.random.Generator) -> lis
         Primitive.capsule(0.06, 0.03),
     )
     reach, found = float(np.linalg.norm((high - low)[:2])) / 2, []
-    for number in range(int(rng.integers(0, MOST_CLUTTER + 1))):
+    for number in range(int(rng.integers(0, MAX_CLUTTER + 1))):
         angle, away = rng.uniform(0, 2 * np.pi), reach + rng.uniform(0.08, 0.2)
         place = ((low + high) / 2)[:2] + away * np.array([np.cos(angle), np.sin(angle)])
         found.append(Obstacle(f"thing {number}", Pose((place[0], place[1], 0.06)), kinds[number % len(kinds)]))

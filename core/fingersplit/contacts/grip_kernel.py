@@ -13,7 +13,7 @@ grip cost in newtons of grip."""
 LARGEST, VIOLATION, LACK, SHORTAGE, GRIP_COLUMNS = range(5)
 """Unknowns after the pulls: largest normal force, violation, lack of pressing, shortage of a share; tangential force of
 each finger follows."""
-LEAST_ROOM = 0.1
+MIN_ROOM = 0.1
 """Share of a limit that is left for the grip however much of it the loads take."""
 
 
@@ -112,7 +112,7 @@ def _set_bounds(problem, shares, pulls, row, s):
             row += 1
         if problem.max_force < 1e9:
             _set_row(problem.contacts, f, scale(-1.0, normal), pulls, row, s)
-            s.b[row] = max(problem.max_force - pressing, LEAST_ROOM * problem.max_force)
+            s.b[row] = max(problem.max_force - pressing, MIN_ROOM * problem.max_force)
             row += 1
     for k in range(pulls, pulls + GRIP_COLUMNS + fingers):
         for j in range(pulls + GRIP_COLUMNS + fingers):
@@ -142,7 +142,7 @@ def _set_torque_rows(problem, shares, a, pulls, unit, row, s):
             _add_pulls(contacts, f, scale(unit, along), row, s)
     for j in range(pulls + GRIP_COLUMNS + fingers):
         s.A[row + 1, j] = -s.A[row, j]
-    s.b[row] = s.b[row + 1] = max(1.0 - most, LEAST_ROOM)
+    s.b[row] = s.b[row + 1] = max(1.0 - most, MIN_ROOM)
 
 
 @kernel

@@ -23,7 +23,7 @@ from fingersplit.planning.run import Run
 from fingersplit.result.grasp import HoldProbability
 from fingersplit.robustness.execution import Execution
 from fingersplit.robustness.features import Candidate
-from fingersplit.robustness.judging import MOST_SIMULATED, estimate_holding, hold_probability, simulate_holding
+from fingersplit.robustness.judging import MAX_SIMULATED, estimate_holding, hold_probability, simulate_holding
 from fingersplit.robustness.ranking_order import RankingOrder
 from fingersplit.scene.task import Task
 
@@ -93,7 +93,7 @@ def rank_runs(
         preferred = values.get(i, 0.0) if ranking.by == "p_hold" else 0.0
         return runs[i].violation_count, holdings[i].margin < 0.0, -preferred, -holdings[i].margin, -runs[i].last.quality
 
-    most = max(top_k, MOST_SIMULATED) if ranking.simulation_budget else top_k
+    most = max(top_k, MAX_SIMULATED) if ranking.simulation_budget else top_k
     kept = _different(sorted(range(len(runs)), key=before), runs, most)
     executions = {i: _execution(runs[i], holdings[i], model) for i in kept}
     simulated: dict[int, float] = {}

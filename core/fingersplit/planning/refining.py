@@ -34,7 +34,7 @@ STEP, TURN = 3e-3, 0.05
 """Standard deviations of the first moves on each axis [m], [rad]; they shrink by ``SHRINK`` where none helps."""
 SHRINK = 0.5
 SEED = 5
-LEAST_GAIN = 1e-3
+MIN_GAIN = 1e-3
 """Moves that raise the probability by less are not worth it."""
 
 
@@ -60,7 +60,7 @@ def _refine(run: Run, model: ObjectModel, friction: float, noise: NoiseModel, rn
         judged = holdings_of(moved, model, friction)
         kept = [(other, new) for other, new in zip(moved, judged, strict=True) if new.margin >= holding.margin]
         values = _values([other for other, _ in kept], [new for _, new in kept], model, friction, noise)
-        if len(values) and values.max() > value + LEAST_GAIN:
+        if len(values) and values.max() > value + MIN_GAIN:
             chosen = int(values.argmax())
             best, value = kept[chosen][0], values[chosen]
         else:

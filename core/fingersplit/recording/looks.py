@@ -22,9 +22,9 @@ __all__ = ["LinkLook", "hand_looks", "light_mesh", "posed_looks"]
 
 Array = NDArray[np.float64]
 
-MAX_FACES, LEAST_FACES = 14_000, 60
+MAX_FACES, MIN_FACES = 14_000, 60
 """Of all visual meshes of a hand together, and of one of them however small its share is."""
-LEAST_OPACITY = 0.05
+MIN_OPACITY = 0.05
 """Geoms below are there for sensors and markers."""
 
 
@@ -48,13 +48,13 @@ class LinkLook:
 @lru_cache(maxsize=8)
 def hand_looks(hand: Hand) -> tuple[LinkLook, ...]:
     """What is seen of every link: the model's visual geoms, the collision shapes where it has none."""
-    visuals = [solid for solid in hand.model.visuals if solid.color[3] >= LEAST_OPACITY] or list(hand.model.solids)
+    visuals = [solid for solid in hand.model.visuals if solid.color[3] >= MIN_OPACITY] or list(hand.model.solids)
     meshes = [_solid_mesh(solid) for solid in visuals]
     total = sum(len(faces) for solid, (_, faces) in zip(visuals, meshes, strict=True) if solid.vertices is not None)
     groups: dict[tuple[int, tuple[float, ...]], list[tuple[Array, NDArray[np.int64]]]] = {}
     for solid, (vertices, faces) in zip(visuals, meshes, strict=True):
         if solid.vertices is not None:
-            vertices, faces = light_mesh(vertices, faces, max(LEAST_FACES, len(faces) * MAX_FACES // max(total, 1)))
+            vertices, faces = light_mesh(vertices, faces, max(MIN_FACES, len(faces) * MAX_FACES // max(total, 1)))
         key = solid.link, tuple(round(float(part), 3) for part in solid.color[:3])
         groups.setdefault(key, []).append((transform_points(solid.pose, vertices), faces))
     return tuple(_joined(link, (rgb[0], rgb[1], rgb[2]), parts) for (link, rgb), parts in groups.items())

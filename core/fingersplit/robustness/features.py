@@ -17,7 +17,7 @@ __all__ = ["CLOSING_FEATURES", "ESTIMATE_FEATURES", "Candidate", "closing_featur
 
 DRAWS, SEED = 8, 0
 """Displaced objects that the fingers are closed about, the same ones for every grasp."""
-LEAST_MARGIN = -3.0
+MIN_MARGIN = -3.0
 """[N]; margins below count as this."""
 
 ESTIMATE_FEATURES = ("all_grip", "cone_slack", "mean_bend", "margin", "margin_of_weight", "noise")
@@ -107,5 +107,5 @@ def closing_features(
 
 def _margins(holding: Holding, mass: float) -> tuple[float, float]:
     """Holding margin in newtons and over the weight, large ones compressed."""
-    margin = max(holding.margin, LEAST_MARGIN)
+    margin = max(holding.margin, MIN_MARGIN)
     return float(np.arcsinh(margin)), float(np.arcsinh(margin / (mass * GRAVITY)))

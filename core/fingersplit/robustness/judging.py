@@ -21,18 +21,18 @@ from fingersplit.robustness.probability_model import load_models
 
 __all__ = [
     "CLOSING_OFFSET",
-    "MOST_SIMULATED",
+    "MAX_SIMULATED",
     "estimate_holding",
     "hold_probability",
     "simulate_closings",
     "simulate_holding",
 ]
 
-MOST_SIMULATED = 12
+MAX_SIMULATED = 12
 """Best estimated grasps that are simulated."""
 CLOSING_OFFSET = 7.5e-3
 """Both ways along each of the palm's axes the object is displaced so far in simulated closings [m]."""
-MOST_EXECUTIONS = 24
+MAX_EXECUTIONS = 24
 """Of one grasp."""
 CONTENDERS = 4
 """Grasps among which the next execution goes to the one that was executed least."""
@@ -81,7 +81,7 @@ class _Schedule:
         """A candidate and the number of the draw; None when all contenders have been executed enough."""
         with self.lock:
             best = sorted(self.known, key=lambda i: -self.known[i].value(self.strength))[:CONTENDERS]
-            open_ones = [i for i in best if self.known[i].begun < MOST_EXECUTIONS]
+            open_ones = [i for i in best if self.known[i].begun < MAX_EXECUTIONS]
             if not open_ones:
                 return None
             chosen = min(open_ones, key=lambda i: self.known[i].begun)
@@ -114,7 +114,7 @@ def simulate_holding(
         hand: The hand.
         model: The object.
         pieces: The same object as the simulation collides it.
-        candidates: Grasps and how they are executed, the most promising first; at most ``MOST_SIMULATED`` count.
+        candidates: Grasps and how they are executed, the most promising first; at most ``MAX_SIMULATED`` count.
         friction: Sliding friction that was planned for.
         noise: What is not known exactly.
         budget: Time that the simulations may take [s]; one that was begun is finished.
@@ -124,8 +124,8 @@ def simulate_holding(
         Those that there was time for.
     """
     models, end = load_models(hand), perf_counter() + budget
-    schedule, waiting = _Schedule(models.prior_strength), iter(range(min(len(candidates), MOST_SIMULATED)))
-    draws = noise.draw(MOST_EXECUTIONS, SEED)
+    schedule, waiting = _Schedule(models.prior_strength), iter(range(min(len(candidates), MAX_SIMULATED)))
+    draws = noise.draw(MAX_EXECUTIONS, SEED)
 
     def work() -> None:
         executor = Executor(hand, model, pieces, friction, model.mass)

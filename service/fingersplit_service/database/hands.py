@@ -11,7 +11,7 @@ from fingersplit_service.database.tables import hands, jobs
 
 __all__ = ["HandStore"]
 
-_MOST = 1000  # hands in a list
+_MAX_LISTED = 1000  # hands in a list
 
 
 class HandStore(Store):
@@ -38,7 +38,7 @@ class HandStore(Store):
     def documents(self, connection: sa.Connection, owner: str) -> Sequence[str]:
         """The documents of an owner's hands, newest first; the newest thousand."""
         query = sa.select(hands.c.document).where(hands.c.owner == owner).order_by(hands.c.number.desc())
-        return connection.execute(query.limit(_MOST)).scalars().all()
+        return connection.execute(query.limit(_MAX_LISTED)).scalars().all()
 
     @accepting
     def remove(self, connection: sa.Connection, owner: str, hand_id: str) -> Removal:

@@ -7,7 +7,7 @@ __all__ = ["LIFETIME", "SESSION_COOKIE", "Sessions"]
 
 SESSION_COOKIE = "fingersplit_session"
 LIFETIME = 12 * 3_600.0  # [s]
-_MOST = 10_000
+_MAX_OPEN = 10_000
 
 
 class Sessions:
@@ -20,7 +20,7 @@ class Sessions:
         """Open a session for a key; its token."""
         now = time.monotonic()
         self._open = {token: one for token, one in self._open.items() if one[1] > now}
-        while len(self._open) >= _MOST:
+        while len(self._open) >= _MAX_OPEN:
             del self._open[next(iter(self._open))]
         token = secrets.token_urlsafe(32)
         self._open[token] = (key_id, now + LIFETIME)

@@ -20,7 +20,7 @@ from fingersplit.recording.three_assets import THREE_FILE, set_up_three
 from fingersplit.recording.web_scene import grasp_scene, hand_scene, motion_scene, starts_scene
 from fingersplit.scene import Constraints
 
-MOST_BYTES = 500_000
+MAX_BYTES = 500_000
 TABLE = Constraints.from_document(
     {
         "scene": {
@@ -106,7 +106,7 @@ def test_surroundings_stand_in_the_object_frame(scene):
 
 def test_a_scene_is_small(scene, barrett):
     for document in (scene[1], hand_scene(barrett)):
-        assert len(gzip.compress(json.dumps(document).encode())) < MOST_BYTES
+        assert len(gzip.compress(json.dumps(document).encode())) < MAX_BYTES
 
 
 def test_every_start_says_where_it_ended(model, barrett):
