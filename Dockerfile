@@ -22,7 +22,7 @@ ENV PATH=/opt/fingersplit/bin:$PATH \
     NUMBA_CACHE_DIR=/var/cache/fingersplit \
     FINGERSPLIT_VIEWER_DIR=/var/cache/fingersplit \
     FINGERSPLIT_DATA_DIR=/data
-RUN useradd --system --uid 10001 --create-home fingersplit \
+RUN useradd --uid 10001 --create-home fingersplit \
     && mkdir -p /data "$NUMBA_CACHE_DIR" \
     && chown fingersplit /data "$NUMBA_CACHE_DIR"
 COPY --from=build /opt/fingersplit /opt/fingersplit
