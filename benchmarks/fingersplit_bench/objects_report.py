@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fingersplit.objects.cache import ContentCache
+from fingersplit.cache import ContentCache
 from fingersplit.objects.mesh import Mesh
 from fingersplit.objects.model import ObjectModel
 from fingersplit.objects.options import ObjectOptions

@@ -7,12 +7,11 @@ from itertools import combinations
 
 import mujoco
 import numpy as np
-import trimesh
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
 from fingersplit.errors import HandError
-from fingersplit.extras import extra
+from fingersplit.hands.convex_meshes import convex_pieces
 from fingersplit.hands.fingers import Pad
 from fingersplit.hands.fitting import Fit, fit_primitive, hull_points, primitive_points, primitive_volume
 from fingersplit.hands.limits import MAX_SHAPES
@@ -27,12 +26,6 @@ Array = NDArray[np.float64]
 
 PRIMITIVES = {SPHERE, CAPSULE, CYLINDER, BOX}
 ELLIPSOID, MESH = int(mujoco.mjtGeom.mjGEOM_ELLIPSOID), int(mujoco.mjtGeom.mjGEOM_MESH)
-
-CONVEX_PIECES, PIECE_VERTICES, VOXELS, VOLUME_ERROR = 8, 64, 30_000, 4.0
-"""Most convex pieces of a mesh, most vertices of one, V-HACD's voxels, and the percentage of volume pieces may add."""
-
-NEARLY_CONVEX = 0.85
-"""A mesh that fills this share of its hull is taken for its hull."""
 
 NEAR_PAD = 8e-3
 """[m]; what stays farther behind every plane that touches a pad does not count as near it."""
@@ -67,7 +60,7 @@ def convex_solids(solids: tuple[Solid, ...]) -> tuple[Solid, ...]:
         elif solid.kind == MESH and solid.vertices is not None and solid.faces is not None:
             key = solid.vertices.tobytes()
             if key not in known:
-                known[key] = _convex_pieces(solid.vertices, solid.faces)
+                known[key] = convex_pieces(solid.vertices, solid.faces)
             for number, (vertices, faces) in enumerate(known[key]):
                 name = solid.name if len(known[key]) == 1 else f"{solid.name}_part{number}"
                 found.append(replace(solid, name=name, vertices=vertices, faces=faces))
@@ -255,46 +248,6 @@ def _box_volume(a: _Piece, b: _Piece) -> float:
 def _merged(a: _Piece, b: _Piece) -> _Piece:
     points = hull_points(np.vstack([a.points, b.points]))
     return _Piece(a.name, a.link, points, fit_primitive(points), False, (*a.sources, *b.sources))
-
-
-def _convex_pieces(vertices: Array, faces: NDArray[np.int64]) -> list[tuple[Array, NDArray[np.int64]]]:
-    """Convex pieces of a mesh, and its hull where that is nearly the same."""
-    hull = _hull(vertices)
-    if hull is None:
-        return [(vertices, faces)]
-    own = [_outward(vertices, hull)]
-    mesh = trimesh.Trimesh(vertices, faces)
-    if mesh.is_watertight and mesh.volume > NEARLY_CONVEX * hull.volume:
-        return own
-    with extra("verify"):
-        import vhacdx
-    found = vhacdx.compute_vhacd(
-        vertices,
-        np.insert(faces, 0, 3, axis=1).astype(np.uint32).ravel(),
-        maxConvexHulls=CONVEX_PIECES,
-        maxNumVerticesPerCH=PIECE_VERTICES,
-        resolution=VOXELS,
-        minimumVolumePercentErrorAllowed=VOLUME_ERROR,
-        asyncACD=False,
-    )
-    pieces = [_hull(np.asarray(piece, np.float64)) for piece, _ in found]
-    volume = sum(piece.volume for piece in pieces if piece is not None)
-    if len(found) < 2 or None in pieces or volume > NEARLY_CONVEX * hull.volume:
-        return own
-    return [
-        _outward(np.asarray(piece, np.float64), solid) for (piece, _), solid in zip(found, pieces, strict=True) if solid
-    ]
-
-
-def _outward(vertices: Array, hull: ConvexHull) -> tuple[Array, NDArray[np.int64]]:
-    """Corners of a hull and its triangles, turned outwards."""
-    corners, places = np.unique(hull.simplices, return_inverse=True)
-    faces = places.reshape(-1, 3).astype(np.int64)
-    points = vertices[corners]
-    normals = np.cross(points[faces[:, 1]] - points[faces[:, 0]], points[faces[:, 2]] - points[faces[:, 0]])
-    inward = np.einsum("ij,ij->i", normals, hull.equations[:, :3]) < 0
-    faces[inward] = faces[inward][:, ::-1]
-    return points, faces
 
 
 def _hull(points: Array) -> ConvexHull | None:

@@ -114,13 +114,19 @@ def _frames(points: Array) -> list[Array]:
     frames.append(_right_handed(spread.T))
     hull = _hull(points)
     if hull is not None:
-        areas: dict[tuple[float, ...], float] = {}
-        for corners, equation in zip(hull.simplices, hull.equations, strict=True):
-            normal = equation[:3] * (1.0 if equation[np.abs(equation[:3]).argmax()] > 0 else -1.0)
-            key = tuple(np.round(normal, 2))
-            areas[key] = areas.get(key, 0.0) + _area(points[corners])
-        frames += [_along(points, np.array(normal)) for normal in sorted(areas, key=lambda key: -areas[key])[:1]]
+        frames.append(_along(points, _main_normal(hull)))
     return frames
+
+
+def _main_normal(hull: ConvexHull) -> Array:
+    """Direction across which the faces of a hull are largest, opposite faces and nearly parallel ones as one (3,)."""
+    normals = hull.equations[:, :3]
+    largest = np.take_along_axis(normals, np.abs(normals).argmax(axis=1)[:, None], axis=1)
+    rounded = np.round(normals * np.where(largest > 0, 1.0, -1.0), 2) + 0.0
+    corners = hull.points[hull.simplices]
+    areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    kinds, which = np.unique(rounded, axis=0, return_inverse=True)
+    return np.asarray(kinds[np.bincount(which.ravel(), areas).argmax()])
 
 
 def _along(points: Array, normal: Array) -> Array:
@@ -144,10 +150,6 @@ def _hull_2d(points: Array) -> Array:
         return np.asarray(points[ConvexHull(points).vertices])
     except (QhullError, ValueError):
         return points
-
-
-def _area(triangle: Array) -> float:
-    return 0.5 * float(np.linalg.norm(np.cross(triangle[1] - triangle[0], triangle[2] - triangle[0])))
 
 
 def _right_handed(rotation: Array) -> Array:

@@ -4,8 +4,8 @@ from collections.abc import Callable
 
 import numpy as np
 
+from fingersplit.cache import ContentCache
 from fingersplit.compilation import kernel_cache_folder
-from fingersplit.objects.cache import ContentCache
 from fingersplit.objects.cloud import PointCloud, close_cloud, hide_unseen
 from fingersplit.objects.fairing import fair
 from fingersplit.objects.grid import PointGrid

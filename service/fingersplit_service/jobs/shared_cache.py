@@ -7,7 +7,7 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from fingersplit.objects.cache import ContentCache
+from fingersplit.cache import ContentCache
 from fingersplit_service.blobs import BlobStore, BlobsUnavailable
 
 __all__ = ["SharedCache"]

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from fingersplit_service.storage import Storage
 
 if TYPE_CHECKING:
-    from fingersplit.objects.cache import ContentCache
+    from fingersplit.cache import ContentCache
     from fingersplit.objects.cloud import PointCloud
     from fingersplit.objects.convex_pieces import ConvexPieces
     from fingersplit.objects.intake import CloudReport, IntakeReport
@@ -114,7 +114,7 @@ def _shape(storage: Storage, object_id: str) -> "Mesh | PointCloud":
 
 
 def _cache(storage: Storage) -> "ContentCache":
-    from fingersplit.objects.cache import ContentCache
+    from fingersplit.cache import ContentCache
 
     if storage.shared is not None:
         from fingersplit_service.jobs.shared_cache import SharedCache

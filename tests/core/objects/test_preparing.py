@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from fingersplit.objects.cache import ContentCache
+from fingersplit.cache import ContentCache
 from fingersplit.objects.mesh import Mesh
 from fingersplit.objects.model import ObjectModel, object_id
 from fingersplit.objects.options import ObjectOptions

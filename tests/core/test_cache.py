@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fingersplit.cache import ContentCache
 from fingersplit.errors import CacheError
-from fingersplit.objects.cache import ContentCache
 
 MEGABYTE = 1_000_000
 
@@ -43,7 +43,7 @@ def entry(cache: ContentCache, key: str) -> Path:
 
 def run(code: str, *arguments: object) -> "subprocess.Popen[str]":
     start = "import os, sys, time\nimport numpy as np\nfrom pathlib import Path\n"
-    start += "from fingersplit.objects.cache import ContentCache\n"
+    start += "from fingersplit.cache import ContentCache\n"
     command = [sys.executable, "-c", start + code, *map(str, arguments)]
     return subprocess.Popen(command, stdout=subprocess.PIPE, stdin=subprocess.PIPE, text=True)
 
