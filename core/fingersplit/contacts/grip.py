@@ -32,7 +32,7 @@ class GripProblem(NamedTuple):
         contacts: Where the fingers touch, (F, 3) [m].
         normals: Outward surface normals there, (F, 3).
         jacobians: Contact velocities by the joints, (F, 3, N) [m/rad].
-        torque_limits: Largest joint torques, (N,) [N m].
+        torque_limits: Largest joint torques, (N,), or those towards larger and towards smaller angles, (2, N) [N m].
         center_of_mass: Of the object, (3,) [m].
         friction: Sliding friction coefficient that may be relied on, one number or one a finger (F,).
         least_forces: Each finger presses with at least this, where its pulls can press at all, (F,) [N].
@@ -76,7 +76,13 @@ def least_grip(problem: GripProblem) -> Grip:
     """The grip of least normal and tangential forces; where cones and torques leave none, that of least violation."""
     fingers = len(problem.contacts)
     friction = np.ascontiguousarray(np.broadcast_to(np.asarray(problem.friction, np.float64), fingers))
-    arrays = problem._replace(friction=friction, max_force=float(problem.max_force), min_share=float(problem.min_share))
+    limits = np.ascontiguousarray(np.broadcast_to(problem.torque_limits, (2, problem.jacobians.shape[2])))
+    arrays = problem._replace(
+        friction=friction,
+        torque_limits=limits,
+        max_force=float(problem.max_force),
+        min_share=float(problem.min_share),
+    )
     program = np.rec.array(np.zeros(1, LINEAR_PROGRAM))[0]
     shares = _load_shares(problem)
     done, rows, torque_rows, unit = solve_grip(arrays, shares, program)

@@ -60,8 +60,8 @@ def _write_program(problem, shares, s):
         unit = max(unit, abs(s.b[i]))
     for i in range(row):
         s.b[i] /= unit
-    torque_rows = 2 * len(problem.torque_limits)
-    for a in range(len(problem.torque_limits)):
+    torque_rows = problem.torque_limits.size
+    for a in range(problem.torque_limits.shape[1]):
         _set_torque_rows(problem, shares, a, pulls, unit, row + 2 * a, s)
     s.c[:] = 0.0
     s.c[pulls + LARGEST], s.c[pulls + VIOLATION] = -1.0, -VIOLATION_COST
@@ -125,7 +125,8 @@ def _set_bounds(problem, shares, pulls, row, s):
 @kernel
 def _set_torque_rows(problem, shares, a, pulls, unit, row, s):
     """Both ways, the torque of driver ``a`` over what its limit leaves beside the loads."""
-    contacts, limit = problem.contacts, problem.torque_limits[a]
+    contacts, limit = problem.contacts, problem.torque_limits[0, a]
+    back = limit / problem.torque_limits[1, a]
     fingers, most = len(contacts), 0.0
     for load in range(len(shares)):
         torque = 0.0
@@ -141,8 +142,9 @@ def _set_torque_rows(problem, shares, a, pulls, unit, row, s):
         if along != (0.0, 0.0, 0.0):
             _add_pulls(contacts, f, scale(unit, along), row, s)
     for j in range(pulls + GRIP_COLUMNS + fingers):
-        s.A[row + 1, j] = -s.A[row, j]
-    s.b[row] = s.b[row + 1] = max(1.0 - most, MIN_ROOM)
+        s.A[row + 1, j] = -back * s.A[row, j]
+    s.b[row] = max(1.0 - most, MIN_ROOM)
+    s.b[row + 1] = max(1.0 - back * most, MIN_ROOM)
 
 
 @kernel

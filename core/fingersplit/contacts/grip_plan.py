@@ -118,7 +118,7 @@ def plan_grip(
     posed = hand.pose(grasp.joints, grasp.object_from_palm)
     jacobians = driver_jacobians(hand.arrays, posed.jacobians)
     relied = np.broadcast_to(demand.friction_margin * np.asarray(friction, np.float64), len(contacts))
-    limits = hand.torque_limits
+    limits = hand.torque_ranges
 
     def least(acceleration: float) -> tuple[float, Grip]:
         load = demand.load_margin * mass * (GRAVITY + acceleration)
@@ -141,7 +141,8 @@ def plan_grip(
         load, grip = least(demand.min_acceleration)
     pressing = -(normals * grip.forces).sum(axis=1)
     torques = np.einsum("fka,fk->a", jacobians, grip.forces)
-    stiffness = np.maximum(limits / demand.give, grip.load_torques / demand.sag)
+    spent = np.where(torques < 0.0, limits[1], limits[0])
+    stiffness = np.maximum(spent / demand.give, grip.load_torques / demand.sag)
     return GripPlan(
         forces=grip.forces,
         supporting=pressing < SUPPORTING * max(float(pressing.max()), 1e-9),

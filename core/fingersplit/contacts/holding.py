@@ -61,7 +61,8 @@ class Contacts(NamedTuple):
         points: Contact points, (n, F, 3) [m].
         normals: Outward surface normals there, (n, F, 3).
         jacobians: Of the pads by the drivers, J S, (n, F, 3, A) [m/rad].
-        torque_limits: Largest torque of each driver, infinite where nothing limits it, (A,) [N m].
+        torque_limits: Largest torque of each driver, infinite where nothing limits it, (A,), or those
+            towards larger and towards smaller angles, (2, A) [N m].
     """
 
     points: NDArray[np.float64]
@@ -104,8 +105,10 @@ def assess_holding(
     frictions, margins = np.empty((n, fingers)), np.empty((n, len(loads)))
     forces, found = np.empty((n, fingers, 3)), np.zeros(n, np.bool_)
 
+    limits = np.ascontiguousarray(np.broadcast_to(contacts.torque_limits, (2, contacts.jacobians.shape[3])))
+
     def judge(part: slice) -> None:
-        points, normals, jacobians, limits = contacts
+        points, normals, jacobians, _ = contacts
         grasps = Contacts(points[part], normals[part], jacobians[part], limits)
         given = particular[part], null[part], spread[part]
         results = frictions[part], margins[part], forces[part], found[part]

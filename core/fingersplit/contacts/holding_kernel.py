@@ -87,7 +87,7 @@ def _fill_rows(contacts, i, particular, null, frictions, share, s):
             row += 1
         _set_row(particular, null, f, scale(1.0 / MAX_FORCE, inward), 1.0, 0.0, row, s)
         row += 1
-    for a in range(len(contacts.torque_limits)):
+    for a in range(contacts.torque_limits.shape[1]):
         _set_torque_rows(contacts, i, a, particular, null, row, s)
         row += 2
     return row
@@ -95,8 +95,12 @@ def _fill_rows(contacts, i, particular, null, frictions, share, s):
 
 @kernel
 def _set_torque_rows(contacts, i, a, particular, null, row, s):
-    """Inequalities -1 <= sum_f J_f,a . f_f / limit <= 1 of driver ``a``: all the fingers that it moves count."""
-    free, limit = null.shape[1], contacts.torque_limits[a]
+    """Inequalities -1 <= sum_f J_f,a . f_f / limit <= 1 of driver ``a``: all the fingers that it moves count.
+
+    The limits of both ways may differ.
+    """
+    free, limit = null.shape[1], contacts.torque_limits[0, a]
+    back = 1.0 if limit == math.inf else limit / contacts.torque_limits[1, a]
     s.b[row], s.b[row + 1] = 1.0, 1.0
     s.A[row, : free + 1], s.A[row + 1, : free + 1] = 0.0, 0.0
     for f in range(contacts.jacobians.shape[1]):
@@ -105,11 +109,11 @@ def _set_torque_rows(contacts, i, a, particular, null, row, s):
         if torque != (0.0, 0.0, 0.0):
             load = _component(particular, f, torque)
             s.b[row] -= load
-            s.b[row + 1] += load
+            s.b[row + 1] += back * load
             for j in range(free):
                 s.A[row, j] += _component(null[:, j], f, torque)
     for j in range(free):
-        s.A[row + 1, j] = -s.A[row, j]
+        s.A[row + 1, j] = -back * s.A[row, j]
 
 
 @kernel

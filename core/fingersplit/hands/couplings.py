@@ -263,28 +263,40 @@ def _torque_limits(
     moments: NDArray[np.float64],
     matrix: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """Largest torque at each driver: power is the same at driver and joints, so it is the sum over what follows."""
+    """Largest torque at each driver towards larger and towards smaller angles, (2, A) [N m].
+
+    Power is the same at driver and joints, so it is the sum over what follows.
+    """
     names = [tree.joints[j].name for j in drivers]
     for name in description.torque_limits:
         if name not in names:
             raise HandError(f"[torque_limits] names {name!r}; the hand's drivers are {', '.join(names)}.")
-    forces = np.zeros(model.nu)
+    forces = np.zeros((2, model.nu))
     for u in range(model.nu):
         if model.actuator_forcelimited[u]:
-            forces[u] = min(abs(limit) for limit in model.actuator_forcerange[u])
+            forces[:, u] = _both_ways(model.actuator_forcerange[u])
         elif model.actuator_ctrllimited[u] and model.actuator_biastype[u] == mujoco.mjtBias.mjBIAS_NONE:
-            forces[u] = abs(model.actuator_gainprm[u, 0]) * min(abs(limit) for limit in model.actuator_ctrlrange[u])
-    by_actuator = forces @ np.abs(moments @ matrix) if model.nu else np.zeros(len(drivers))
+            gain = float(model.actuator_gainprm[u, 0])
+            forces[:, u] = _both_ways(np.sort(gain * model.actuator_ctrlrange[u]))
+    moved = moments @ matrix if model.nu else np.zeros((0, len(drivers)))
+    forwards, backwards = np.maximum(moved, 0.0), np.maximum(-moved, 0.0)
+    by_actuator = forces @ forwards + forces[::-1] @ backwards
     own = {
-        tree.joint_of_id[j]: float(np.abs(model.jnt_actfrcrange[j]).min())
+        tree.joint_of_id[j]: _both_ways(model.jnt_actfrcrange[j])
         for j in tree.joint_of_id
         if model.jnt_actfrclimited[j]
     }
-    torques = np.zeros(len(drivers))
+    torques = np.zeros((2, len(drivers)))
     for column, (name, j) in enumerate(zip(names, drivers, strict=True)):
         limit = description.torque_limits.get(name)
-        torques[column] = limit if limit is not None else by_actuator[column] or own.get(j, 0.0)
-    missing = [name for name, torque in zip(names, torques, strict=True) if torque <= 0]
+        found = by_actuator[:, column] if by_actuator[:, column].all() else own.get(j, np.zeros(2))
+        torques[:, column] = found if limit is None else limit
+    missing = [name for name, torque in zip(names, torques.T, strict=True) if torque.min() <= 0]
     if missing:
         raise HandError(f"No torque limit is known for {', '.join(missing)}; give them in N m under [torque_limits].")
     return torques
+
+
+def _both_ways(limits: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Of a range from low to high: how far it goes up and how far down from zero, (2,)."""
+    return np.maximum([limits[1], -limits[0]], 0.0)

@@ -111,10 +111,17 @@ class Hand:
 
     @cached_property
     def torque_limits(self) -> NDArray[np.float64]:
-        """Largest torque of each driver of the active fingers, (A,) [N m]."""
-        limits = self.model.coupling.torque_limits[list(self.drivers)]
+        """Largest torque of each driver of the active fingers either way, (A,) [N m]."""
+        limits = self.torque_ranges.min(axis=0)
         limits.setflags(write=False)
-        return limits
+        return np.asarray(limits)
+
+    @cached_property
+    def torque_ranges(self) -> NDArray[np.float64]:
+        """Largest torque of each of these drivers towards larger and towards smaller angles, (2, A) [N m]."""
+        ranges = self.model.coupling.torque_ranges[:, list(self.drivers)]
+        ranges.setflags(write=False)
+        return ranges
 
     @cached_property
     def parked_links(self) -> tuple[str, ...]:
@@ -266,6 +273,7 @@ def _compile(files: HandFiles) -> Hand:
         shapes=(),
         excluded=_excluded(compiled, tree),
         notes=(*notes, *coupling_notes),
+        motors=int(compiled.nu),
     )
     chains = read_fingers(compiled, tree, model, description)
     pads = tuple(pad for chain in chains for pad in chain.pads)
@@ -302,7 +310,7 @@ def _with_grip(files: HandFiles, model: HandModel, chains: tuple[Chain, ...], gr
         drivers=tuple(active_drivers(model, active)),
         arrays=hand_record(model, active, pads, resting),
     )
-    for array in (model.coupling.torque_limits, model.coupling.matrix, model.coupling.offset):
+    for array in (model.coupling.torque_ranges, model.coupling.matrix, model.coupling.offset):
         array.setflags(write=False)
     return hand
 

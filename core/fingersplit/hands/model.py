@@ -117,7 +117,7 @@ class Coupling:
         offset: q0, (N,) [rad].
         lower: Lower limits of the drivers, those of driven joints included, (A,) [rad].
         upper: Upper limits, (A,) [rad].
-        torque_limits: Largest torque of each driver, (A,) [N m].
+        torque_ranges: Largest torque of each driver towards larger and towards smaller angles, (2, A) [N m].
     """
 
     drivers: tuple[str, ...]
@@ -125,7 +125,12 @@ class Coupling:
     offset: Array
     lower: Array
     upper: Array
-    torque_limits: Array
+    torque_ranges: Array
+
+    @property
+    def torque_limits(self) -> Array:
+        """Largest torque of each driver either way, (A,) [N m]."""
+        return np.asarray(self.torque_ranges.min(axis=0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,6 +146,7 @@ class HandModel:
         shapes: What the planner tests for collisions.
         excluded: Pairs of links that the model says never to test against each other.
         notes: What was left out, changed or approximated, a sentence each.
+        motors: Number of motors that the model names; a URDF names none.
     """
 
     links: tuple[Link, ...]
@@ -151,6 +157,7 @@ class HandModel:
     shapes: tuple[Shape, ...]
     excluded: frozenset[tuple[int, int]]
     notes: tuple[str, ...]
+    motors: int
 
     @cached_property
     def joint_names(self) -> tuple[str, ...]:

@@ -114,7 +114,7 @@ def holdings_of(runs: Sequence[Run], model: ObjectModel, friction: float, thread
     points, normals, jacobians = (
         np.array([run.last[name][: len(hand.fingers)] for run in runs]) for name in ("contacts", "normals", "jacobians")
     )
-    contacts = Contacts(points, normals, driver_jacobians(hand.arrays, jacobians), hand.torque_limits)
+    contacts = Contacts(points, normals, driver_jacobians(hand.arrays, jacobians), hand.torque_ranges)
     center, loads = model.center_of_mass, _loads(runs[0], model)
     return assess_holding(contacts, model.surface, friction, model.mass, center, threads, loads)
 

@@ -27,7 +27,7 @@ def frame_grip(
         contacts=grasp.contacts,
         normals=grasp.normals,
         jacobians=scene.finger_jacobians(),
-        torque_limits=scene.hand.torque_limits,
+        torque_limits=scene.hand.torque_ranges,
         center_of_mass=scene.model.body_ipos[scene.object_body],
         friction=controller.friction_margin * planned_friction,
         least_forces=controller.least_force + controller.load_margin * fastest * scene.finger_masses(),

@@ -72,7 +72,8 @@ def measure_phase(
     step = float(track.times[0])
     settled = slice(max(rows.start, rows.stop - round(SETTLED_TIME / step)), rows.stop)
     displacements, rotations = motions
-    at_limit = np.abs(track.torques[rows]) >= 0.999 * hand.torque_limits
+    torques, limits = track.torques[rows], 0.999 * hand.torque_ranges
+    at_limit = (torques >= limits[0]) | (torques <= -limits[1])
     mean_force = track.contact_forces[settled].sum(axis=1).mean(axis=0)
     return PhaseReport(
         name=name,

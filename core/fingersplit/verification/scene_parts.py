@@ -91,10 +91,10 @@ def _neighbours(hand: Hand) -> set[tuple[str, str]]:
 
 def drive_hand(spec: Any, hand: Hand) -> None:
     """Torque-limited joints with gravity compensation, the actuators of every controller, parked fingers held."""
-    for name, limit in zip(hand.joint_names, _joint_torque_limits(hand), strict=True):
+    for name, (up, down) in zip(hand.joint_names, _joint_torque_ranges(hand).T, strict=True):
         joint = spec.joint(name)
         joint.armature, joint.damping[0] = JOINT_ARMATURE, JOINT_DAMPING
-        joint.actfrclimited, joint.actfrcrange, joint.actgravcomp = 1, [-limit, limit], 1
+        joint.actfrclimited, joint.actfrcrange, joint.actgravcomp = 1, [-down, up], 1
     for name in hand.driver_names:
         _add_servo(spec, servo_name(name), mujoco.mjtTrn.mjTRN_JOINT, name, JOINT_SERVOS)
     _hold_parked(spec, hand)
@@ -111,13 +111,14 @@ def drive_hand(spec: Any, hand: Hand) -> None:
         pull.gaintype, pull.gainprm[1] = mujoco.mjtGain.mjGAIN_AFFINE, -1  # control [N/m] times length
 
 
-def _joint_torque_limits(hand: Hand) -> NDArray[np.float64]:
-    """Largest torque at each joint, (N,) [N m]: what its driver can do there when it does nothing elsewhere."""
-    coupling = hand.model.coupling
+def _joint_torque_ranges(hand: Hand) -> NDArray[np.float64]:
+    """Largest torque at each joint towards larger and smaller angles, (2, N) [N m]: that of its driver alone."""
+    coupling, ranges = hand.model.coupling, hand.model.coupling.torque_ranges
     passed = np.abs(coupling.matrix)  # (N, A)
     ratios = np.divide(1.0, passed, out=np.full_like(passed, np.inf), where=passed > 0)
-    limits = (ratios * coupling.torque_limits).min(axis=1)
-    return np.asarray(np.where(np.isfinite(limits), limits, coupling.torque_limits.max()))
+    turned = np.where(coupling.matrix[None] < 0, ranges[::-1, None], ranges[:, None])  # (2, N, A)
+    limits = (ratios * turned).min(axis=2)
+    return np.asarray(np.where(np.isfinite(limits), limits, ranges.max()))
 
 
 def _hold_parked(spec: Any, hand: Hand) -> None:

@@ -94,7 +94,7 @@ def anywhere(rng: np.random.Generator, fingers: int) -> GripProblem:
         contacts=0.04 * normals,
         normals=normals,
         jacobians=jacobians.reshape(fingers, 3, -1),
-        torque_limits=np.full(fingers * joints, rng.choice([0.1, 0.5, 2.0])),
+        torque_limits=np.outer(rng.choice([0.1, 0.5, 2.0]) * rng.choice([0.4, 1.0], size=2), np.ones(fingers * joints)),
         center_of_mass=rng.normal(scale=0.005, size=3),
         friction=float(rng.choice([0.05, 0.3, 0.5, 0.8])),
         least_forces=np.full(fingers, rng.choice([0.0, 1.0, 3.0])),
@@ -160,10 +160,10 @@ def program(problem: GripProblem) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
             add(-unit[:, f] @ normal, max(room, 0.1 * problem.max_force))
     for k in range(4 + fingers):
         add(0, 0, **{f"_{k}": -1})
-    for a, limit in enumerate(problem.torque_limits):
-        torque = np.einsum("fk,pfk->p", problem.jacobians[:, :, a], unit) / limit
-        room = max(1 - np.abs(np.einsum("fk,lfk->l", problem.jacobians[:, :, a], shares)).max() / limit, 0.1)
-        add(torque, room)
-        add(-torque, room)
+    for a in range(problem.jacobians.shape[2]):
+        pulled = np.einsum("fk,pfk->p", problem.jacobians[:, :, a], unit)
+        loaded = np.abs(np.einsum("fk,lfk->l", problem.jacobians[:, :, a], shares)).max()
+        for sign, limit in zip((1, -1), problem.torque_limits[:, a], strict=True):
+            add(sign * pulled / limit, max(1 - loaded / limit, 0.1))
     costs = np.concatenate([np.zeros(P), [1.0, 100.0, 1000.0, 20.0], np.ones(fingers)])
     return costs, np.array(rows), np.array(bounds)

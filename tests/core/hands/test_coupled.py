@@ -9,6 +9,7 @@ from fingersplit.hands import load_hand
 from fingersplit.objects.convex_pieces import decompose
 from fingersplit.objects.parametric import sphere
 from fingersplit.verification.scene import Scene
+from fingersplit.verification.scene_parts import drive_hand
 from own_hand import description, hand_mjcf, write_hand
 
 EQUALITY = '<equality><joint joint1="{}" joint2="{}" polycoef="{} {} 0 0 0"/></equality>'
@@ -62,6 +63,25 @@ def test_tendon_shared_by_two_joints_becomes_a_row_and_its_torque_adds_up(tmp_pa
     torque = dict(zip(hand.model.coupling.drivers, hand.model.coupling.torque_limits, strict=True))
     assert torque["thumb_0"] == pytest.approx(2 * (1 + 0.5 * 0.5))
     assert torque["first_1"] == pytest.approx(1)
+
+
+def test_torques_that_differ_by_direction_stay_so(tmp_path):
+    """A motor's force range, through a gear that turns it round and a joint that follows backwards."""
+    names = without("thumb_1")["torque_limits"]
+    motors = "".join(
+        f'<general joint="{name}" gear="{-2 if name == "first_1" else 1}" forcelimited="true" forcerange="-0.3 1.2"/>'
+        for name in names
+    )
+    after = EQUALITY.format("thumb_1", "thumb_0", 0.1, -0.5) + f"<actuator>{motors}</actuator>"
+    hand = load_hand(write_hand(tmp_path / "own", hand_mjcf(after=after), without("thumb_1") | {"torque_limits": {}}))
+    ranges = dict(zip(hand.model.coupling.drivers, hand.model.coupling.torque_ranges.T, strict=True))
+    assert ranges["thumb_0"] == pytest.approx([1.2, 0.3])
+    assert ranges["first_1"] == pytest.approx([0.6, 2.4])
+    assert hand.torque_limits[hand.driver_names.index("first_1")] == pytest.approx(0.6)
+    spec = hand.spec()
+    drive_hand(spec, hand)
+    assert spec.joint("thumb_0").actfrcrange == pytest.approx([-0.3, 1.2])
+    assert spec.joint("thumb_1").actfrcrange == pytest.approx([-2.4, 0.6])
 
 
 def test_the_descriptions_coupling_takes_the_models_place(tmp_path):

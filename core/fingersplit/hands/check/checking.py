@@ -7,8 +7,9 @@ import numpy as np
 from fingersplit.hands.check import measures
 from fingersplit.hands.draft.sampling import sample_postures
 from fingersplit.hands.hand import Hand
+from fingersplit.hands.limits import MAX_SHAPES
 
-__all__ = ["check_hand", "report_lines"]
+__all__ = ["check_hand", "report_lines", "torque_text"]
 
 POSTURES, COMPARED, DIFFERENCES, SEED = 20_000, 200, 10, 7
 """Random postures for reach, for the comparison with MuJoCo, for differences, and their seed."""
@@ -56,11 +57,16 @@ def check_hand(hand: Hand) -> dict[str, Any]:
         "drafted": hand.description.drafted,
         "joints": [{"name": j.name, "lower": j.lower, "upper": j.upper} for j in hand.model.joints],
         "drivers": [
-            {"name": name, "lower": float(low), "upper": float(high), "torque": float(torque)}
-            for name, low, high, torque in zip(
-                coupling.drivers, coupling.lower, coupling.upper, coupling.torque_limits, strict=True
+            {"name": name, "lower": low, "upper": high, "torque": up, "torque_backwards": down}
+            for name, low, high, up, down in zip(
+                coupling.drivers,
+                coupling.lower.tolist(),
+                coupling.upper.tolist(),
+                *coupling.torque_ranges.tolist(),
+                strict=True,
             )
         ],
+        "motors": hand.model.motors,
         "couplings": measures.couplings(hand),
         "shapes": [
             {"name": s.name, "link": hand.model.links[s.link].name, "overhang": s.overhang, "sources": list(s.sources)}
@@ -77,12 +83,22 @@ def _advice(report: dict[str, Any]) -> list[str]:
     advice = []
     if report["drafted"]:
         advice.append("Nobody has looked at this draft: correct hand.toml and delete `drafted = true`.")
-    advice += [
-        f"Shape {shape['name']} on {shape['link']} reaches {1e3 * shape['overhang']:.0f} mm beyond its mesh: give the "
-        "model primitives there, or raise `budget` under [shapes]."
-        for shape in report["shapes"]
-        if shape["overhang"] > MAX_OVERHANG
-    ]
+        if not report["motors"] and not report["couplings"]:
+            advice.append(
+                f"The model names no motors, so each of the {len(report['joints'])} joints has one of its own. Where a "
+                "motor turns several joints, write so under [couplings]; joints that never move belong under [fixed]."
+            )
+    beyond: dict[str, float] = {}
+    for shape in report["shapes"]:
+        if shape["overhang"] > MAX_OVERHANG:
+            beyond[shape["link"]] = max(beyond.get(shape["link"], 0.0), shape["overhang"])
+    if beyond:
+        links = ", ".join(f"{link} ({1e3 * reach:.0f} mm)" for link, reach in beyond.items())
+        more = ", or raise `budget` under [shapes]" if len(report["shapes"]) < MAX_SHAPES else ""
+        advice.append(
+            f"Shapes fitted to meshes reach beyond them and keep the hand from objects there: {links}. Give the model "
+            f"primitives on these links{more}."
+        )
     for number, grip in enumerate(report["grips"]):
         advice += [f"Grip {number}: {text}" for text in _advice_of_grip(grip)]
     return advice
@@ -116,7 +132,7 @@ def report_lines(report: dict[str, Any]) -> list[str]:
     lines = [f"{report['title']} ({report['name']}, {report['sha256'][:12]})"]
     lines.append(f"{len(report['joints'])} joints, {len(report['drivers'])} drivers")
     lines += [
-        f"  {driver['name']}: {driver['lower']:.3f} to {driver['upper']:.3f} rad, {driver['torque']:g} N m"
+        f"  {driver['name']}: {driver['lower']:.3f} to {driver['upper']:.3f} rad, {torque_text(driver)} N m"
         for driver in report["drivers"]
     ]
     for coupling in report["couplings"]:
@@ -130,12 +146,20 @@ def report_lines(report: dict[str, Any]) -> list[str]:
     )
     for number, grip in enumerate(report["grips"]):
         lines += _grip_lines(number, grip)
-    for trial in report.get("trial", []):
-        ends = ", ".join(f"{name} {count}" for name, count in trial["terminations"].items())
-        lines.append(f"{trial['object']}: {trial['feasible']} of {trial['starts']} feasible ({ends})")
+        for trial in report.get("trial", []):
+            if trial["jaws"] == grip["jaws"]:
+                ends = ", ".join(f"{name} {count}" for name, count in trial["terminations"].items())
+                lines.append(f"  {trial['object']}: {trial['feasible']} of {trial['starts']} feasible ({ends})")
+                lines += [f"    {advice}" for advice in trial["advice"]]
     lines += [f"note: {note}" for note in report["notes"]]
     lines += [f"change: {text}" for text in report["advice"]] or ["Nothing to change."]
     return lines
+
+
+def torque_text(driver: dict[str, Any]) -> str:
+    """Largest torque of a driver of a report, and from backwards to forwards where these differ."""
+    forwards, backwards = driver["torque"], driver["torque_backwards"]
+    return f"{forwards:g}" if forwards == backwards else f"{-backwards:g} to {forwards:g}"
 
 
 def _grip_lines(number: int, grip: dict[str, Any]) -> list[str]:

@@ -1,98 +1,119 @@
-"""The report as a page: tables, and drawings of the hand at its preshapes and at half closure."""
+"""The report as a page: what to change, drawings of the hand at its preshapes and at half closure, and tables."""
 
 import html
+import re
+from collections.abc import Iterable, Sequence
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-from scipy.spatial import ConvexHull, QhullError
-
-from fingersplit.hands.check.checking import report_lines
-from fingersplit.hands.fitting import primitive_points
-from fingersplit.hands.forward import link_poses
+from fingersplit.hands.check.checking import torque_text
+from fingersplit.hands.check.drawings import draw_posture
 from fingersplit.hands.hand import Hand
-from fingersplit.hands.model import HandModel
-from fingersplit.transforms import transform_points
 
 __all__ = ["report_page"]
 
-Array = NDArray[np.float64]
-
-SIZE = 260
-"""Edge of a drawing [px]."""
-COLORS = ("#e07a3f", "#3f7ae0", "#3fa860", "#a04fc0", "#c0a030")
-PALM_COLOR, PARKED_COLOR = "#8a8f98", "#c9ccd2"
+_STYLE = """
+:root{color-scheme:light dark;--ink:#1d2129;--soft:#5b6370;--line:#d9dde3;--paper:#fff;--figure:#f4f5f7}
+@media(prefers-color-scheme:dark){:root{--ink:#e6e8ec;--soft:#a3abb8;--line:#3a404a;--paper:#16181d;--figure:#d5d8de}}
+body{font:15px/1.5 system-ui,sans-serif;margin:0 auto;padding:1.5em;max-width:72em}
+body{color:var(--ink);background:var(--paper)}
+h1{font-size:1.6em;margin-bottom:0}h2{font-size:1.2em;margin-top:2em}h3{font-size:1em;margin:1.5em 0 .3em}
+.hint,figcaption{color:var(--soft)}.figures{display:flex;flex-wrap:wrap;gap:1em}figure{margin:0;flex:0 1 25em}
+figure div{display:flex;gap:.4em}svg{flex:1;min-width:0;background:var(--figure);border-radius:6px}
+.wide{overflow-x:auto}table{border-collapse:collapse;font-variant-numeric:tabular-nums}
+th,td{text-align:left;vertical-align:top;padding:.25em 1.2em .25em 0;border-bottom:1px solid var(--line)}
+th{color:var(--soft);font-weight:500;white-space:nowrap}code{overflow-wrap:anywhere}
+"""
 
 
 def report_page(hand: Hand, report: dict[str, Any]) -> str:
     """HTML that stands alone: no scripts, nothing loaded."""
     coupling = hand.model.coupling
     half = hand.model.joints_from_drivers((coupling.lower + coupling.upper) / 2)
-    figures = [("all drivers half-way", hand, half)]
+    many = len(hand.grips) > 1
+    drawings = [draw_posture("all drivers half-way", hand, half)]
     for number, grip in enumerate(hand.grips):
-        figures += [(f"grip {number}, preshape {k}", grip, joints) for k, joints in enumerate(grip.gripper.preshapes)]
-    drawings = "".join(_figure(title, grip, joints) for title, grip, joints in figures)
-    lines = "\n".join(html.escape(line) for line in report_lines(report))
-    advice = "".join(f"<li>{html.escape(text)}</li>" for text in report["advice"]) or "<li>Nothing to change.</li>"
+        where = f"grip {number}, " if many else ""
+        drawings += [draw_posture(f"{where}preshape {k}", grip, q) for k, q in enumerate(grip.gripper.preshapes)]
+    title = html.escape(report["title"])
+    facts = (
+        f"{len(report['joints'])} joints, {len(report['drivers'])} drivers, {len(report['shapes'])} collision shapes"
+    )
+    sections = [
+        _list("What to change", report["advice"] or ["Nothing to change."]),
+        "<h2>Postures</h2><p class='hint'>Left along the approach, right along the lateral axis. Circles are pads, "
+        f"their lines the normals; light grey fingers are parked.</p><div class='figures'>{''.join(drawings)}</div>",
+        _drivers(report),
+        *(_grip(number, grip, report.get("trial", []), many) for number, grip in enumerate(report["grips"])),
+        _shapes(report),
+        _list("Notes", report["notes"]) if report["notes"] else "",
+    ]
     return (
-        f"<!doctype html><html lang='en'><meta charset='utf-8'><title>{html.escape(hand.title)}</title>"
-        "<style>body{font:15px system-ui;margin:2em;max-width:70em}figure{display:inline-block;margin:.5em}"
-        "figcaption{text-align:center;color:#555}svg{background:#f6f7f9;border-radius:6px}pre{line-height:1.4}</style>"
-        f"<h1>{html.escape(hand.title)}</h1><h2>What to change</h2><ul>{advice}</ul>"
-        f"<h2>Postures</h2><p>Seen along the approach and along the lateral axis; pads are circles.</p>{drawings}"
-        f"<h2>Numbers</h2><pre>{lines}</pre></html>"
+        "<!doctype html><html lang='en'><meta charset='utf-8'>"
+        "<meta name='viewport' content='width=device-width,initial-scale=1'>"
+        f"<title>{title}</title><style>{_STYLE}</style><h1>{title}</h1>"
+        f"<p class='hint'>{html.escape(report['name'])}, {report['sha256'][:12]}: {facts}</p>{''.join(sections)}</html>"
     )
 
 
-def _figure(title: str, hand: Hand, joints: Array) -> str:
-    views = [hand.gripper.palm_from_gripper[:, [0, 1]], hand.gripper.palm_from_gripper[:, [1, 2]]]
-    return "".join(
-        f"<figure>{_drawing(hand, joints, axes)}<figcaption>{html.escape(title)}</figcaption></figure>"
-        for axes in views
-    )
+def _drivers(report: dict[str, Any]) -> str:
+    rows = [(d["name"], f"{d['lower']:.3f} to {d['upper']:.3f}", torque_text(d)) for d in report["drivers"]]
+    found = "<h2>Drivers</h2>" + _table(("driver", "range [rad]", "torque [N m]"), rows)
+    coupled = [
+        (
+            c["joint"],
+            " ".join(f"{ratio:+.4g} {name}" for name, ratio in c["ratios"].items()) + f" {c['offset']:+.4g}",
+            f"{c['half_way']:.3f}",
+        )
+        for c in report["couplings"]
+    ]
+    headings = ("joint", "follows", "drivers half-way [rad]")
+    return found + ("<h2>Couplings</h2>" + _table(headings, coupled) if coupled else "")
 
 
-def _drawing(hand: Hand, joints: Array, axes: Array) -> str:
-    """Outlines of collision shapes projected along one direction, the farthest first, as SVG."""
-    model = hand.model
-    poses = link_poses(model, joints)
-    depth = np.cross(axes[:, 0], axes[:, 1])
-    outlines = []
-    for shape in model.shapes:
-        points = transform_points(poses[shape.link] @ shape.pose, primitive_points(shape.kind, shape.size))
-        outlines.append((float((points @ depth).mean()), _outline(points @ axes), _color(hand, model, shape.link)))
-    everything = np.vstack([outline for _, outline, _ in outlines])
-    low, span = everything.min(axis=0), float(np.ptp(everything, axis=0).max())
-    scale = (SIZE - 20) / span
-
-    def place(points: Array) -> Array:
-        return np.column_stack([10 + (points[:, 0] - low[0]) * scale, SIZE - 10 - (points[:, 1] - low[1]) * scale])
-
-    parts = []
-    for _, outline, color in sorted(outlines, key=lambda each: each[0]):
-        corners = " ".join(f"{x:.1f},{y:.1f}" for x, y in place(outline))
-        parts.append(f"<polygon points='{corners}' fill='{color}' fill-opacity='.75' stroke='#333' stroke-width='.6'/>")
-    for pad in hand.pads:
-        center = poses[pad.link, :3, :3] @ pad.center + poses[pad.link, :3, 3]
-        tip = center + (pad.radius + 0.012) * (poses[pad.link, :3, :3] @ pad.normal)
-        (x, y), (u, v) = place(np.stack([center @ axes, tip @ axes]))
-        parts.append(f"<circle cx='{x:.1f}' cy='{y:.1f}' r='{pad.radius * scale:.1f}' fill='none' stroke='#111'/>")
-        parts.append(f"<line x1='{x:.1f}' y1='{y:.1f}' x2='{u:.1f}' y2='{v:.1f}' stroke='#111'/>")
-    return f"<svg width='{SIZE}' height='{SIZE}' role='img'>{''.join(parts)}</svg>"
+def _grip(number: int, grip: dict[str, Any], trials: Sequence[dict[str, Any]], many: bool) -> str:
+    opposition = grip["opposition"]
+    openings = opposition["openings"]
+    span = f", {1e3 * openings[0]:.0f} to {1e3 * openings[1]:.0f} mm apart" if openings else ""
+    nearest = min(grip["self_collision"], key=lambda pair: float(pair["distance"]), default=None)
+    met = f"{' and '.join(nearest['shapes'])}: {1e3 * nearest['distance']:.1f} mm" if nearest else "none that may meet"
+    rows = [
+        ("jaws", " | ".join(", ".join(jaw) for jaw in grip["jaws"])),
+        ("jaws face each other", f"in {1e6 * opposition['volume']:.0f} cm³{span}"),
+        *(
+            (f"reach of {r['finger']}", f"{1e3 * r['nearest']:.0f} to {1e3 * r['farthest']:.0f} mm from the palm")
+            for r in grip["reach"]
+        ),
+        ("nearest at the preshapes", met),
+        ("pads against MuJoCo", f"{grip['kinematics_error']:.1e} m, Jacobians {grip['jacobian_error']:.1e} m/rad"),
+    ]
+    found = f"<h2>Grip{f' {number}' if many else ''}</h2>" + _table((), rows)
+    own = [trial for trial in trials if trial["jaws"] == grip["jaws"]]
+    if own:
+        found += "<h3>Tried on simple objects</h3>" + _table(("object", "feasible", "ends", "advice"), map(_tried, own))
+    return found
 
 
-def _outline(points: Array) -> Array:
-    try:
-        return np.asarray(points[ConvexHull(points).vertices])
-    except (QhullError, ValueError):
-        return points
+def _tried(trial: dict[str, Any]) -> tuple[str, ...]:
+    ends = ", ".join(f"{name} {count}" for name, count in trial["terminations"].items())
+    return trial["object"], f"{trial['feasible']} of {trial['starts']}", ends, " ".join(trial["advice"])
 
 
-def _color(hand: Hand, model: HandModel, link: int) -> str:
-    joints = {j for each in model.path(link) for j in model.links[each].joints}
-    if not joints:
-        return PALM_COLOR
-    for number, finger in enumerate(hand.fingers):
-        if joints <= {hand.joint_names.index(name) for name in finger.joint_names}:
-            return COLORS[number % len(COLORS)]
-    return PARKED_COLOR
+def _shapes(report: dict[str, Any]) -> str:
+    rows = [(s["link"], s["name"], f"{1e3 * s['overhang']:.1f}") for s in report["shapes"]]
+    return "<h2>Collision shapes</h2>" + _table(("link", "shape", "beyond its solids [mm]"), rows)
+
+
+def _list(title: str, texts: Iterable[str]) -> str:
+    items = (re.sub("`([^`]*)`", r"<code>\1</code>", html.escape(text)) for text in texts)
+    return f"<h2>{title}</h2><ul>{''.join(f'<li>{item}</li>' for item in items)}</ul>"
+
+
+def _table(headings: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """A table; without headings the first column takes their place."""
+    lines = [_cells("th", headings)] if headings else []
+    lines += [_cells("td", row) if headings else _cells("th", row[:1]) + _cells("td", row[1:]) for row in rows]
+    return f"<div class='wide'><table>{''.join(f'<tr>{line}</tr>' for line in lines)}</table></div>"
+
+
+def _cells(tag: str, texts: Iterable[str]) -> str:
+    return "".join(f"<{tag}>{html.escape(text)}</{tag}>" for text in texts)

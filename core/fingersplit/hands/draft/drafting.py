@@ -157,7 +157,9 @@ def _described(
             description = _mended(description, tree, str(error), told)
     solids = convex_solids(tree.collision)
     shapes = planning_shapes(solids, tree.links, None)
-    model = HandModel(tree.links, tree.joints, coupling, solids, tree.visuals, shapes, frozenset(), tuple(notes))
+    model = HandModel(
+        tree.links, tree.joints, coupling, solids, tree.visuals, shapes, frozenset(), tuple(notes), int(compiled.nu)
+    )
     return description, model, told
 
 

@@ -47,7 +47,11 @@ function table(heads, rows, label) {
 }
 
 function drivers({ drivers: all = [], couplings = [] }) {
-  const rows = all.map(({ name: driver, lower, upper, torque }) => [driver, `${lower.toFixed(2)} to ${upper.toFixed(2)}`, torque.toPrecision(3)]);
+  const rows = all.map(({ name: driver, lower, upper, torque, torque_backwards: back }) => [
+    driver,
+    `${lower.toFixed(2)} to ${upper.toFixed(2)}`,
+    torque === back ? torque.toPrecision(3) : `${(-back).toPrecision(3)} to ${torque.toPrecision(3)}`,
+  ]);
   const terms = ({ ratios, offset }) => `${Object.entries(ratios).map(([driver, ratio]) => `${ratio.toPrecision(3)} ${driver}`).join(" + ")} ${offset < 0 ? "−" : "+"} ${Math.abs(offset).toPrecision(3)}`;
   return h(
     "div",
@@ -77,7 +81,7 @@ function trial(hand) {
     one.object,
     one.jaws.map((jaw) => jaw.join(", ")).join(" | "),
     h("span", { class: `badge ${one.feasible ? "good" : "bad"}` }, `${one.feasible} of ${one.starts}`),
-    Object.entries(one.terminations).map(([end, count]) => `${sentence(end)} ${count}`).join(", "),
+    [Object.entries(one.terminations).map(([end, count]) => `${sentence(end)} ${count}`).join(", "), ...one.advice].join(". "),
   ]);
   return h(
     "div",
