@@ -11,6 +11,9 @@ __all__ = ["rewrite_urdf"]
 _PREFIX = re.compile(rb"(</?|\s)([\w.-]+):([\w.-]+)(?=[\s=/>])")
 """Of elements and attributes; URDFs use those of other tools without declaring them."""
 
+MOVING = {"revolute", "continuous", "prismatic"}
+"""Types of joints that can follow each other."""
+
 MESH_SUFFIXES = {".stl", ".obj", ".msh"}
 
 
@@ -24,7 +27,7 @@ def rewrite_urdf(model: Path, root: Path) -> tuple[str, list[str]]:
         The XML, and notes about what was left out.
 
     Raises:
-        HandError: A collision mesh that is not there or cannot be read.
+        HandError: A collision mesh that is not there or cannot be read, or a joint that mimics none.
     """
     try:
         robot = ElementTree.fromstring(_PREFIX.sub(rb"\1\2_\3", model.read_bytes()))
@@ -35,6 +38,7 @@ def rewrite_urdf(model: Path, root: Path) -> tuple[str, list[str]]:
         ) from error
     if any(str(element.tag).startswith("xacro_") for element in robot.iter()):
         raise HandError(f"{model.name} is a xacro file; expand it first with `xacro {model.name} > hand.urdf`.")
+    _check_mimics(robot, model.name)
     files = [path for path in sorted(root.rglob("*")) if path.is_file()]
     notes: list[str] = []
     for link in robot.iter("link"):
@@ -60,6 +64,18 @@ def rewrite_urdf(model: Path, root: Path) -> tuple[str, list[str]]:
     options = {"balanceinertia": "true", "discardvisual": "false", "fusestatic": "false", "strippath": "false"}
     ElementTree.SubElement(extension, "compiler", options)
     return ElementTree.tostring(robot, encoding="unicode"), notes
+
+
+def _check_mimics(robot: ElementTree.Element, name: str) -> None:
+    """Refuse joints that follow what does not move: MuJoCo would leave them with a motor of their own."""
+    moving = {joint.get("name") for joint in robot.findall("joint") if joint.get("type") in MOVING}
+    for joint in robot.findall("joint"):
+        mimic = joint.find("mimic")
+        if mimic is not None and joint.get("type") in MOVING and mimic.get("joint") not in moving:
+            raise HandError(
+                f"{name}: joint {joint.get('name')!r} mimics {mimic.get('joint')!r}, which is no moving joint of the "
+                f"model; these are {', '.join(sorted(filter(None, moving)))}."
+            )
 
 
 def _find(filename: str, files: list[Path]) -> Path | None:
