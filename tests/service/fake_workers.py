@@ -89,6 +89,7 @@ def warm_and_report_niceness() -> WarmUpReport:
 
 def plan(storage: Storage, task: PlanTask) -> JobOutcome:
     report_progress("splitting", 0.5)
+    (_notes(storage) / f"{task.job_id}.threads").write_text(str(task.threads))
     _go(task.request.hand, storage, task.job_id)
     document = result_document(task.object_name, task.request)
     row = JobResultRow(
@@ -106,9 +107,14 @@ def generate(_storage: Storage, _object_id: str, request: ParallelGraspsGenerate
     return [{"contacts": [[0.03, 0.0, z], [-0.03, 0.0, z]], "approach": [0, 0, -1]}] * request.count
 
 
+def _notes(storage: Storage) -> Path:
+    """Where jobs leave notes for the tests."""
+    return Path(os.environ.get("FAKES_FOLDER", storage.root))
+
+
 def _go(how: str, storage: Storage, job_id: str) -> None:
     """Note in which process the job has begun, and let it go as its hand says."""
-    folder = Path(os.environ.get("FAKES_FOLDER", storage.root))
+    folder = _notes(storage)
     begun = folder / f"{job_id}.begun"
     again = begun.exists()
     begun.write_text(str(os.getpid()))

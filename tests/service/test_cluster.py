@@ -326,6 +326,31 @@ async def test_an_agent_that_stands_still_within_a_transaction_is_given_up(postg
         database.close()
 
 
+@pytest.mark.anyio
+async def test_a_claim_reads_few_rows_however_many_jobs_an_owner_had(postgresql, tmp_path):
+    database = Database(database_url(postgresql(), tmp_path))
+    try:
+        await ObjectStore(database).add("me", OBJECT)
+        queue = ClusterQueue(database, "first", 1)
+        await queue.begin()
+        new = [NewJob(f"job{number}", "cube", "barrett", 0, None, "{}", "") for number in range(1000)]
+        await JobStore(database).add("me", new, longest_queue=1000)
+        with database.engine.begin() as connection:
+            connection.exec_driver_sql("UPDATE jobs SET state = 'succeeded', started_at = 1 WHERE number <= 900")
+
+        def rows_read(connection) -> int:
+            """Of the jobs, by one claim."""
+            counted = "SELECT seq_tup_read + idx_tup_fetch FROM pg_stat_xact_user_tables WHERE relname = 'jobs'"
+            before = connection.exec_driver_sql(counted).scalar() or 0
+            assert ClusterQueue.claim.__wrapped__(queue, connection, {"cube"}) is not None
+            return connection.exec_driver_sql(counted).scalar() - before
+
+        read = [await database.run(rows_read) for _ in range(10)]
+        assert 0 < max(read) < 100
+    finally:
+        database.close()
+
+
 def test_a_long_transaction_outlives_those_that_stand_still(postgresql, tmp_path, monkeypatch):
     monkeypatch.setattr("fingersplit_service.database.connection._IDLE_IN_TRANSACTION", 500)
     database = Database(database_url(postgresql(), tmp_path))

@@ -189,3 +189,15 @@ async def test_a_deadline_ends_compiled_code(start, tmp_path):
         assert job["error"]["code"] == "deadline_exceeded"
         assert "0.3 s" in job["error"]["detail"]
         assert (await api.ended(await api.queue(FINE)))["state"] == "succeeded"
+
+
+async def test_a_job_plans_in_as_many_threads_as_workers_are_idle(start, tmp_path):
+    async with start(tmp_path, workers=2) as api:
+        api.hold()
+        ids = []
+        for _ in range(2):
+            ids.append(await api.queue(WAITS))
+            await api.begun(ids[-1])
+        api.go()
+        threads = [int((tmp_path / f"{job_id}.threads").read_text()) for job_id in ids]
+    assert threads == [2, 1]

@@ -43,7 +43,7 @@ _OWNERS = sa.text(
     SELECT owner,
            -- What the database's machine forgets of a claim when it loses power is noticed by the agent's next beat.
            set_config('synchronous_commit', 'off', true),
-           -- A plan for any owner, made while the table was empty, would later read every job of an owner.
+           -- A plan that was made for any owner and few rows may later read every job that an owner ever had.
            set_config('plan_cache_mode', 'force_custom_plan', true),
            (SELECT count(*) FROM jobs WHERE jobs.state = 'running' AND jobs.owner = waiting.owner) AS running,
            (SELECT max(started_at) FROM jobs WHERE jobs.owner = waiting.owner) AS served
