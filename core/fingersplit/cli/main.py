@@ -1,6 +1,7 @@
 """The ``fingersplit`` program; other distributions add commands through the entry point ``fingersplit.commands``."""
 
 import sys
+from functools import cache
 from importlib.metadata import entry_points, version
 from typing import Annotated
 
@@ -65,8 +66,9 @@ app.add_typer(hand_app, name="hand")
 app.command()(warm)
 
 
+@cache
 def add_commands() -> None:
-    """Add the commands of the other installed distributions: client, service and benchmarks."""
+    """Add the commands of the other installed distributions, once: client, service and benchmarks."""
     for entry in entry_points(group="fingersplit.commands"):
         command = entry.load()
         if isinstance(command, typer.Typer):

@@ -1,4 +1,4 @@
-"""The `fingersplit` program as a user runs it: real processes, their output, errors and exit codes."""
+"""The `fingersplit` program as a user runs it: its output, errors and exit codes; some in a process of their own."""
 
 import json
 import os
@@ -15,11 +15,13 @@ from fingersplit.formats import available_formats
 from fingersplit.formats.isaac_grasp import read_isaac_grasp
 from fingersplit.parallel_grasps.sources import available_sources
 from fingersplit_client.schemas import PlanResult
+from program import run_program
 
 PROGRAM = Path(sys.executable).with_name("fingersplit")
 
 
-def run(*arguments: object, cwd: Path) -> subprocess.CompletedProcess[str]:
+def start(*arguments: object, cwd: Path) -> subprocess.CompletedProcess[str]:
+    """Run a command by the installed program."""
     command = [str(PROGRAM), *map(str, arguments)]
     return subprocess.run(command, cwd=cwd, capture_output=True, text=True, timeout=300)
 
@@ -40,7 +42,7 @@ def folder(tmp_path_factory) -> Path:
 
 
 def test_plan_writes_the_document_and_prints_the_table(folder):
-    finished = run("plan", "ball.stl", "--unit", "mm", "--starts", 8, "--seed", 3, "--json", "plan.json", cwd=folder)
+    finished = start("plan", "ball.stl", "--unit", "mm", "--starts", 8, "--seed", 3, "--json", "plan.json", cwd=folder)
     assert finished.returncode == 0
     assert finished.stderr == ""
     document = json.loads((folder / "plan.json").read_text())
@@ -61,7 +63,7 @@ def test_plan_writes_the_document_and_prints_the_table(folder):
 
 def test_document_on_standard_output_can_be_piped(folder):
     arguments = ("plan", "ball.stl", "--unit", "mm", "--starts", 4, "--top-k", 2, "--parallel-grasps", "pair.json")
-    finished = run(*arguments, "--setting", "friction=0.5", "--json", "-", cwd=folder)
+    finished = start(*arguments, "--setting", "friction=0.5", "--json", "-", cwd=folder)
     assert finished.returncode == 0
     document = json.loads(finished.stdout)
     assert len(document["grasps"]) <= 2
@@ -74,7 +76,7 @@ def test_document_on_standard_output_can_be_piped(folder):
 
 def test_surface_fitting_is_a_source(folder):
     arguments = ("--unit", "mm", "--starts", 8, "--source", "surface_fitting", "--json", "fitted.json")
-    finished = run("plan", "ball.stl", *arguments, cwd=folder)
+    finished = run_program("plan", "ball.stl", *arguments, cwd=folder)
     assert finished.returncode == 0
     grasps = json.loads((folder / "fitted.json").read_text())["grasps"]
     for grasp in grasps:
@@ -86,17 +88,19 @@ def test_parallel_grasps_of_another_tool_are_counted(folder):
     pose = [[1, 0, 0, 0], [0, -1, 0, 0], [0, 0, -1, 0.103], [0, 0, 0, 1]]
     aside = [[1, 0, 0, 1], *pose[1:]]
     (folder / "panda.json").write_text(json.dumps({"grasps": {"transforms": [pose, aside]}}))
-    finished = run("plan", "ball.stl", "--unit", "mm", "--starts", 4, "--parallel-grasps", "panda.json", cwd=folder)
+    finished = run_program(
+        "plan", "ball.stl", "--unit", "mm", "--starts", 4, "--parallel-grasps", "panda.json", cwd=folder
+    )
     assert finished.returncode in {0, 1}
     assert "GraspGen JSON with 2 grasps; contacts were found for 1 of 2." in finished.stdout
 
 
 def test_result_is_exported(folder):
     if not (folder / "plan.json").exists():
-        run("plan", "ball.stl", "--unit", "mm", "--starts", 8, "--seed", 3, "--json", "plan.json", cwd=folder)
+        run_program("plan", "ball.stl", "--unit", "mm", "--starts", 8, "--seed", 3, "--json", "plan.json", cwd=folder)
     document = json.loads((folder / "plan.json").read_text())
     executable = [grasp for grasp in document["grasps"] if grasp["feasible"] and grasp["pregrasp"]]
-    finished = run("export", "plan.json", "--format", "isaac_grasp", "-o", "grasps.yaml", cwd=folder)
+    finished = run_program("export", "plan.json", "--format", "isaac_grasp", "-o", "grasps.yaml", cwd=folder)
     assert (finished.returncode, finished.stderr) == (0, "")
     assert finished.stdout.startswith("Wrote grasps.yaml. Isaac grasp YAML: rank")
     file = read_isaac_grasp(yaml.safe_load((folder / "grasps.yaml").read_bytes()))
@@ -106,14 +110,14 @@ def test_result_is_exported(folder):
         (("no.json", "--format", "moveit"), "no.json is not JSON"),
         (("plan.json", "--format", "moveit", "--rank", 999), "none of rank 999"),
     ):
-        finished = run("export", *arguments, "-o", "x", cwd=folder)
+        finished = run_program("export", *arguments, "-o", "x", cwd=folder)
         assert finished.returncode == 2
         assert sentence in finished.stderr
         assert not (folder / "x").exists()
 
 
 def test_no_feasible_grasp_is_exit_code_1_with_the_reason(folder):
-    finished = run("plan", "crate.ply", "--starts", 4, "--json", "crate.json", cwd=folder)
+    finished = run_program("plan", "crate.ply", "--starts", 4, "--json", "crate.json", cwd=folder)
     assert finished.returncode == 1
     assert finished.stderr == ""
     assert "No parallel grasp exists" in finished.stdout
@@ -148,7 +152,7 @@ def test_no_feasible_grasp_is_exit_code_1_with_the_reason(folder):
     ],
 )
 def test_bad_input_is_exit_code_2_with_one_sentence(folder, arguments, sentence):
-    finished = run("plan", *arguments, cwd=folder)
+    finished = run_program("plan", *arguments, cwd=folder)
     assert finished.returncode == 2
     assert finished.stdout == ""
     assert finished.stderr.startswith("Error: ")
@@ -159,13 +163,13 @@ def test_bad_input_is_exit_code_2_with_one_sentence(folder, arguments, sentence)
 
 def test_missing_file_and_numbers_out_of_range_are_exit_code_2(folder):
     for arguments in (("nowhere.stl",), ("ball.stl", "--starts", 0), ("ball.stl", "--seed", -1)):
-        finished = run("plan", *arguments, cwd=folder)
+        finished = start("plan", *arguments, cwd=folder)
         assert finished.returncode == 2
         assert "Traceback" not in finished.stderr
 
 
 def test_hands_are_listed(folder):
-    finished = run("hands", cwd=folder)
+    finished = run_program("hands", cwd=folder)
     assert (finished.returncode, finished.stderr) == (0, "")
     lines = finished.stdout.splitlines()
     assert lines[1] == "barrett: Barrett BH8-280, eight independent joints; 3 fingers, 8 joints"
@@ -174,14 +178,14 @@ def test_hands_are_listed(folder):
 
 
 def test_help_lists_the_commands(folder):
-    finished = run("--help", cwd=folder)
+    finished = run_program("--help", cwd=folder)
     assert finished.returncode == 0
     for command in ("plan", "export", "hands", "warm"):
         assert command in finished.stdout
 
 
 def test_help_keeps_its_units(folder):
-    finished = run("plan", "--help", cwd=folder)
+    finished = run_program("plan", "--help", cwd=folder)
     assert "[kg/m^3]" in finished.stdout
     assert "by half [m]" in " ".join(finished.stdout.split())
 
@@ -203,7 +207,7 @@ def test_what_cannot_be_done_is_refused_before_any_work(folder, option, sentence
         if os.geteuid() == 0:
             pytest.skip("root may write everywhere")
         locked.chmod(0o500)
-    finished = run("plan", "broken.stl", *option, cwd=folder)  # which would be refused, were it read
+    finished = run_program("plan", "broken.stl", *option, cwd=folder)  # which would be refused, were it read
     assert (finished.returncode, finished.stdout) == (2, "")
     assert finished.stderr.startswith("Error: ")
     assert sentence in finished.stderr
@@ -211,7 +215,7 @@ def test_what_cannot_be_done_is_refused_before_any_work(folder, option, sentence
 
 def test_verify_refuses_other_objects_and_other_files(folder):
     (folder / "one_grasp.npy").write_bytes(b"nonsense")
-    run("plan", "ball.stl", "--unit", "mm", "--starts", 2, "--json", "small.json", cwd=folder)
+    run_program("plan", "ball.stl", "--unit", "mm", "--starts", 2, "--json", "small.json", cwd=folder)
     for arguments, sentence in (
         (("small.json", "--object", "crate.ply"), "largest extent with unit 'mm'"),
         (("small.json", "--object", "egg.stl"), "egg.stl: The object is not the one of the result"),
@@ -221,7 +225,7 @@ def test_verify_refuses_other_objects_and_other_files(folder):
         (("one.json", "--object", "ball.stl"), "one.json: This is not a result of Fingersplit"),
         (("small.json", "--object", "ball.stl", "--protocol", "drop"), "Unknown verification protocol"),
     ):
-        finished = run("verify", *arguments, cwd=folder)
+        finished = run_program("verify", *arguments, cwd=folder)
         assert finished.returncode == 2
         assert finished.stdout == ""
         assert finished.stderr.startswith("Error: ")
@@ -229,7 +233,7 @@ def test_verify_refuses_other_objects_and_other_files(folder):
 
 
 def test_formats_are_listed_from_the_registry(folder):
-    listed = run("formats", cwd=folder)
+    listed = run_program("formats", cwd=folder)
     assert listed.returncode == 0
     for name, one in available_formats().items():
         row = next(line for line in listed.stdout.splitlines() if line.split()[:1] == [name])
@@ -237,6 +241,6 @@ def test_formats_are_listed_from_the_registry(folder):
 
 
 def test_sources_are_listed_from_the_registry(folder):
-    listed = run("sources", cwd=folder)
+    listed = run_program("sources", cwd=folder)
     assert listed.returncode == 0
     assert [line.split(":")[0] for line in listed.stdout.splitlines()] == list(available_sources())

@@ -1,10 +1,9 @@
 """Every command on a stored result works from that result alone, whatever it was planned with; else it says why not."""
 
 import json
-import subprocess
-import sys
 from itertools import pairwise
 from pathlib import Path
+from subprocess import CompletedProcess
 
 import numpy as np
 import pytest
@@ -12,8 +11,8 @@ import trimesh
 from rerun.chunk import RrdReader
 
 from fingersplit.objects.parametric import PARAMETRIC_OBJECTS
+from program import run_program
 
-PROGRAM = Path(sys.executable).with_name("fingersplit")
 FRICTION = ("--friction", 0.4)
 """Options of `plan` by case: the file, and what was said of it."""
 CASES = {
@@ -36,13 +35,8 @@ CASES = {
 }
 
 
-def run(*arguments: object, cwd: Path) -> subprocess.CompletedProcess[str]:
-    command = [str(PROGRAM), *map(str, arguments)]
-    return subprocess.run(command, cwd=cwd, capture_output=True, text=True, timeout=600)
-
-
-def well(*arguments: object, cwd: Path) -> subprocess.CompletedProcess[str]:
-    finished = run(*arguments, cwd=cwd)
+def well(*arguments: object, cwd: Path) -> CompletedProcess[str]:
+    finished = run_program(*arguments, cwd=cwd)
     assert finished.returncode in {0, 1}, finished.stderr
     assert "Traceback" not in finished.stderr, finished.stderr
     return finished
@@ -199,7 +193,7 @@ REFUSALS = {
 def test_what_does_not_belong_together_is_refused(folder, planned, reason, command):
     file, change, said = REFUSALS[reason]
     name = changed(folder, planned, "changed.json", change)
-    finished = run(command, name, "--object", file, cwd=folder)
+    finished = run_program(command, name, "--object", file, cwd=folder)
     assert (finished.returncode, finished.stdout) == (2, "")
     assert finished.stderr.count("\n") == 1
     assert said in finished.stderr
@@ -207,11 +201,11 @@ def test_what_does_not_belong_together_is_refused(folder, planned, reason, comma
 
 def test_unknown_settings_and_ranks_are_refused(folder, planned):
     name = changed(folder, planned, "haste.json", lambda document: document["provenance"]["planner"].update(haste=1))
-    finished = run("record", name, "--object", "box.ply", cwd=folder)
+    finished = run_program("record", name, "--object", "box.ply", cwd=folder)
     assert (finished.returncode, finished.stdout) == (2, "")
     assert "Unknown planner setting 'haste'" in finished.stderr
     for command in ("verify", "record"):
-        finished = run(command, "plain.json", "--object", "box.ply", "--rank", 99, cwd=folder)
+        finished = run_program(command, "plain.json", "--object", "box.ply", "--rank", 99, cwd=folder)
         assert finished.returncode == 2
         assert "99" in finished.stderr
 
@@ -221,7 +215,7 @@ def test_a_grasp_that_is_found_no_more_is_refused(folder, planned):
         document["provenance"]["planner"]["cpo_trust_region"] = 0.01
 
     name = changed(folder, planned, "tight.json", tighten)
-    finished = run("record", name, "--object", "box.ply", cwd=folder)
+    finished = run_program("record", name, "--object", "box.ply", cwd=folder)
     assert finished.returncode == 2
     assert "rank 1 could not be reproduced" in finished.stderr
 
@@ -230,7 +224,7 @@ def test_a_recording_without_a_display_points_to_the_browser(folder, planned, mo
     planned("plain")
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
-    finished = run("review", "plain-planned.rrd", cwd=folder)
+    finished = run_program("review", "plain-planned.rrd", cwd=folder)
     assert finished.returncode == 2
     assert "/review" in finished.stderr
 
@@ -243,6 +237,6 @@ def test_a_grid_shows_every_protocol_over_a_set(folder):
     assert all(set(row["verifications"]) == {"lift", "six_direction"} for row in rows)
     held = sum(row["verifications"]["lift"]["passed"] for row in rows)
     assert f"{held}/2" in finished.stdout
-    refused = run("grid", "box.ply", "--protocol", "pick", cwd=folder)
+    refused = run_program("grid", "box.ply", "--protocol", "pick", cwd=folder)
     assert refused.returncode == 2
     assert "add --table" in refused.stderr
