@@ -1,8 +1,4 @@
-import socket
-import subprocess
-import sys
 from collections.abc import AsyncIterator, Iterator
-from pathlib import Path
 
 import pytest
 
@@ -10,6 +6,7 @@ from app_transports import RunningApp, running_app
 from client_calls import done
 from fingersplit.objects.parametric import cylinder
 from fingersplit_client import AsyncClient, Client, PlanResult
+from serving import serving, unused_port
 
 AnyClient = Client | AsyncClient
 
@@ -22,22 +19,8 @@ def anyio_backend() -> str:
 @pytest.fixture(scope="session")
 def service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
     """Address of a real service with the real planner, in a process of its own."""
-    port = _unused_port()
-    program = Path(sys.executable).with_name("fingersplit")
-    data = tmp_path_factory.mktemp("data")
-    process = subprocess.Popen(
-        [program, "serve", "--port", str(port), "--workers", "1", "--data-dir", data],
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-    )
-    url = f"http://127.0.0.1:{port}"
-    try:
-        with Client(url) as client:
-            assert client.ready(timeout=900), "the service did not start"  # with nothing compiled yet it takes minutes
+    with serving(tmp_path_factory.mktemp("data"), "--workers", 1) as url:
         yield url
-    finally:
-        process.terminate()
-        process.wait(30)
 
 
 @pytest.fixture(scope="session")
@@ -75,13 +58,7 @@ def result(service: str, can: bytes) -> PlanResult:
 @pytest.fixture
 def unused_url() -> str:
     """An address where nothing listens."""
-    return f"http://127.0.0.1:{_unused_port()}"
-
-
-def _unused_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
+    return f"http://127.0.0.1:{unused_port()}"
 
 
 @pytest.fixture(scope="session")

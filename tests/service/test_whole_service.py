@@ -2,9 +2,6 @@
 
 import io
 import os
-import socket
-import subprocess
-import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -17,6 +14,7 @@ import pytest
 from fingersplit.objects.parametric import PARAMETRIC_OBJECTS
 from fingersplit_client import ApiError, Client, JobCreate, ParallelGraspsGenerate
 from one_view import one_view
+from serving import serving
 
 
 def wait_until(condition: Callable[[], bool], seconds: float = 180) -> None:
@@ -27,18 +25,11 @@ def wait_until(condition: Callable[[], bool], seconds: float = 180) -> None:
 
 
 @contextmanager
-def serving(data_dir: Path, port: int, spare_workers: int = 1) -> Iterator[Client]:
-    program = Path(sys.executable).with_name("fingersplit")
-    command = [program, "serve", "--port", str(port), "--workers", "1", "--data-dir", data_dir]
+def served(data_dir: Path, spare_workers: int = 1) -> Iterator[Client]:
+    """A client of a service with one worker."""
     environment = os.environ | {"FINGERSPLIT_SPARE_WORKERS": str(spare_workers), "FINGERSPLIT_KEEP_ORPHANS_S": "1"}
-    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env=environment) as process:
-        try:
-            with Client(f"http://127.0.0.1:{port}") as client:
-                assert client.ready(timeout=300)  # with nothing compiled yet it takes minutes
-                yield client
-        finally:
-            process.terminate()
-            process.wait(30)
+    with serving(data_dir, "--workers", 1, environment=environment) as url, Client(url) as client:
+        yield client
 
 
 @pytest.fixture(scope="module")
@@ -48,10 +39,7 @@ def data_dir(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def client(data_dir: Path) -> Iterator[Client]:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
-    with serving(data_dir, port) as client:
+    with served(data_dir) as client:
         yield client
 
 
@@ -160,29 +148,29 @@ def test_a_deleted_object_leaves_no_file(client, data_dir):
     wait_until(lambda: kept_of(data_dir, again.id) == [])
 
 
-def test_a_restarted_service_loads_what_was_prepared_and_repairs_what_was_damaged(tmp_path, unused_port):
-    with serving(tmp_path, unused_port) as client:
+def test_a_restarted_service_loads_what_was_prepared_and_repairs_what_was_damaged(tmp_path):
+    with served(tmp_path) as client:
         object_id = client.objects.upload(mesh_of("cylinder"), file_type="ply").id
         order = JobCreate(object_id=object_id, starts=8, seed=4)
         first = client.jobs.wait(client.jobs.create(order)).result
     kept = entry(tmp_path, "object", object_id)
     prepared = kept.stat().st_ino, kept.read_bytes()
 
-    with serving(tmp_path, unused_port, spare_workers=0) as client:
+    with served(tmp_path, spare_workers=0) as client:
         assert poses(client.jobs.wait(client.jobs.create(order)).result) == poses(first)
     assert kept.stat().st_ino == prepared[0]
 
     damaged = bytearray(prepared[1])
     damaged[len(damaged) // 2] ^= 0xFF
     kept.write_bytes(damaged)
-    with serving(tmp_path, unused_port) as client:
+    with served(tmp_path) as client:
         assert poses(client.jobs.wait(client.jobs.create(order)).result) == poses(first)
     assert kept.read_bytes() == prepared[1]
     assert kept.stat().st_ino != prepared[0]
 
 
-def test_a_job_that_comes_before_the_convex_pieces_computes_them_itself(tmp_path, unused_port):
-    with serving(tmp_path, unused_port, spare_workers=0) as client:
+def test_a_job_that_comes_before_the_convex_pieces_computes_them_itself(tmp_path):
+    with served(tmp_path, spare_workers=0) as client:
         object_id = client.objects.upload(mesh_of("cylinder"), file_type="ply").id
         stories, pieces = [], set()
         for _ in range(2):
