@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 
 import pytest
@@ -20,6 +21,7 @@ def run(*arguments: object, cwd: Path) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, cwd=cwd, capture_output=True, text=True, timeout=600)
 
 
+QUICK = ("planner", "paper", "ipopt", "objects", "parallel_grasps", "recordings")
 SIMULATED = ("verification", "holding")
 """Sections that simulate grasps for minutes."""
 SIMULATED_FIGURES = {
@@ -40,9 +42,12 @@ def folder(tmp_path_factory) -> Path:
 
 @pytest.fixture(scope="module")
 def finished(folder) -> subprocess.CompletedProcess[str]:
-    sections = [part for name in SECTIONS if name not in SIMULATED for part in ("--only", name)]
-    options = ("--json", "figures.json", "--report", "out", "--repeats", 1, "--starts", 4)
-    return run("objects", *options, *sections, cwd=folder)
+    return run_sections(folder, QUICK, "out")
+
+
+def run_sections(folder: Path, names: Iterable[str], report: str) -> subprocess.CompletedProcess[str]:
+    options = ("--json", f"{report}.json", "--report", report, "--repeats", 1, "--starts", 4)
+    return run("objects", *options, *(part for name in names for part in ("--only", name)), cwd=folder)
 
 
 def test_report_and_pictures_are_written(finished, folder):
@@ -59,7 +64,7 @@ def test_report_and_pictures_are_written(finished, folder):
 
 
 def test_json_has_every_figure_of_the_sections(finished, folder):
-    document = json.loads((folder / "figures.json").read_text())
+    document = json.loads((folder / "out.json").read_text())
     assert document == json.loads((folder / "out" / "report.json").read_text())
     assert set(document["figures"]) == set(FIGURES) - SIMULATED_FIGURES
     for figure in document["figures"].values():
@@ -71,6 +76,16 @@ def test_json_has_every_figure_of_the_sections(finished, folder):
     assert {"ipopt_q", "default_q", "paper_q"} <= set(document["figures"]["ipopt_ratio"]["beside"])
     assert [row["name"] for row in document["sections"]["planner"]["objects"]] == ["cylinder", "sphere"]
     assert {row["object"] for row in document["sections"]["paper"]["cases"]} == {"cylinder", "sphere"}
+    assert document["left_out"] == {}
+
+
+@pytest.mark.campaign
+def test_every_section_runs(folder):
+    finished = run_sections(folder, set(SECTIONS) - set(SIMULATED), "all")
+    assert (finished.returncode, finished.stderr) == (0, "")
+    document = json.loads((folder / "all.json").read_text())
+    assert set(document["figures"]) == set(FIGURES) - SIMULATED_FIGURES
+    assert set(document["sections"]) == set(SECTIONS) - set(SIMULATED)
     assert document["left_out"] == {}
 
 
