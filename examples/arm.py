@@ -42,7 +42,7 @@ def build(planned: PlanResult, grasp: Grasp, hand: fs.Hand, pieces: Any) -> Any:
     spec.worldbody.add_light(pos=[-0.5, -1.5, 2.5], dir=[0.2, 0.5, -0.8])
     spec.visual.headlight.ambient = [0.4, 0.4, 0.4]
     spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=[2, 2, 0.1], rgba=[0.8, 0.78, 0.74, 1])
-    flange = _add_arm(spec)
+    flange = _add_arm(spec, *mount(hand))
     spec.attach(_hand(grasp, hand), site=flange, prefix="hand/")
     for one, other in (("foot", "arm0"), ("arm4", "arm6"), ("arm5", f"hand/{hand.palm}")):  # overlap in between
         spec.add_exclude(bodyname1=one, bodyname2=other)
@@ -57,8 +57,26 @@ def build(planned: PlanResult, grasp: Grasp, hand: fs.Hand, pieces: Any) -> Any:
     return spec.compile()
 
 
-def _add_arm(spec: Any) -> Any:
-    """The arm on its foot, with gravity compensation; the site of its flange."""
+def mount(hand: fs.Hand) -> tuple[float, np.ndarray]:
+    """How the palm sits on the flange: its distance along the arm's axis [m], and its rotation, a quaternion wxyz.
+
+    The hand approaches along the arm's axis, with all of its palm before the flange. Put in your adapter's.
+    """
+    approach, turned = hand.gripper.palm_from_gripper[:, 2], np.zeros(4)
+    mujoco.mju_quatZ2Vec(turned, np.ascontiguousarray(approach))
+    model = hand.spec().compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    signs = np.stack(np.meshgrid(*[(-1, 1)] * 3), axis=-1).reshape(-1, 3)  # (8, 3), corners of a box
+    backs = [0.0]
+    for geom in np.flatnonzero(model.geom_bodyid == model.body(hand.palm).id):
+        corners = model.geom_aabb[geom, :3] + signs * model.geom_aabb[geom, 3:]
+        backs.append((corners @ data.geom_xmat[geom].reshape(3, 3).T + data.geom_xpos[geom]) @ approach)
+    return -float(np.min(np.hstack(backs))), turned * [1, -1, -1, -1]
+
+
+def _add_arm(spec: Any, adapter: float, turned: np.ndarray) -> Any:
+    """The arm on its foot, with gravity compensation; the site where the palm is mounted."""
     body, way = spec.worldbody.add_body(name="foot", pos=BASE), SHOULDER
     kind, foot = mujoco.mjtGeom.mjGEOM_CAPSULE, mujoco.mjtGeom.mjGEOM_CYLINDER
     body.add_geom(type=foot, size=[0.09, 0.06, 0], pos=[0, 0, 0.065], rgba=[0.3, 0.3, 0.35, 1])
@@ -69,7 +87,7 @@ def _add_arm(spec: Any) -> Any:
         body.add_geom(type=kind, fromto=ends, size=[radius, 0, 0], mass=mass, rgba=[1, 0.6, 0.2, 1])
         _add_servo(spec, name, torque, kp=STIFFNESS, dampratio=1.0)
         way = length
-    return body.add_site(name="flange", pos=[0, 0, way])
+    return body.add_site(name="flange", pos=[0, 0, way + adapter], quat=turned)
 
 
 def _hand(grasp: Grasp, hand: fs.Hand) -> Any:
@@ -216,7 +234,7 @@ def main() -> None:
     """Plan, pick, tell."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("mesh", type=Path, nargs="?", default=Path(__file__).parent / "objects" / "mug.ply")
-    parser.add_argument("--hand", default="barrett", help="one whose palm frame is its flange, z away from the arm")
+    parser.add_argument("--hand", default="barrett", help="a known hand, mounted so that it approaches along the arm")
     parser.add_argument("--picture", type=Path, help="PNG of the end")
     given = parser.parse_args()
     table = {"support_surfaces": [{"id": "table"}]}
