@@ -21,5 +21,5 @@ async def docs_page(request: Request) -> HTMLResponse:
         swagger_css_url=f"{_STATIC}/swagger-ui.css",
         swagger_favicon_url="/review/site/mark.svg",
     )
-    text = bytes(page.body).decode()
+    text = bytes(page.body).decode().replace("<html>", '<html lang="en">', 1)
     return HTMLResponse(text.replace("</head>", f"{_FOLLOW}</head>", 1))

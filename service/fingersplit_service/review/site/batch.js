@@ -25,9 +25,9 @@ function draw(batch, jobs) {
   show(find("#batch"));
   const all = batch.job_ids.length;
   const ended = all - (batch.states.queued ?? 0) - (batch.states.running ?? 0);
-  find(".lead").textContent = `${all} jobs: ${Object.entries(batch.states).map(([state, count]) => `${count} ${state}`).join(", ")}.`;
+  find(".lead").textContent = `${all} ${all === 1 ? "job" : "jobs"}: ${Object.entries(batch.states).map(([state, count]) => `${count} ${state}`).join(", ")}.`;
   Object.assign(find("#batch > progress"), { max: all, value: ended });
-  find("[role=status]").textContent = `${ended} of ${all} jobs have ended`;
+  find("[role=status]").textContent = `${ended} of ${all} ${all === 1 ? "job has" : "jobs have"} ended`;
   find("tbody").replaceChildren(...jobs.items.reverse().map(line));
   show(find("#cancel"), ended < all);
   return ended < all;

@@ -6,6 +6,7 @@ import { watchDrop } from "./drop.js";
 import { sentence } from "./format.js";
 import { SAMPLES, sampleFile } from "./samples.js";
 
+const USUAL_HAND = "barrett"; // of a job that names none
 const form = find("form");
 const earlier = new URLSearchParams(location.search).get("from");
 const STAGES = [
@@ -188,7 +189,7 @@ async function start() {
     const describe = () => (find("#about-hand").textContent = sentence(titles.get(form.elements.hand.value)?.[1] ?? ""));
     form.elements.hand.addEventListener("change", describe);
     const wanted = new URLSearchParams(location.search).get("hand");
-    if (titles.has(wanted)) form.elements.hand.value = wanted;
+    form.elements.hand.value = titles.has(wanted) ? wanted : USUAL_HAND;
     if (earlier) await startAgain();
     describe();
   } catch (error) {

@@ -7,10 +7,13 @@ import { number, sentence, words } from "./format.js";
 const SIZE = { width: 560, height: 170, left: 46, right: 10, top: 10, bottom: 30 };
 const DEGREES = 180 / Math.PI;
 
-export function verdict(verification) {
+// Of a grasp that breaks a constraint the simulation says nothing more than that the object stayed in the hand.
+export function verdict(grasp) {
+  const { verification } = grasp;
   if (!verification) return "–";
-  const [kind, text] = verification.passed ? ["good", verification.held_firmly === false ? "held, not firmly" : "held"] : ["bad", "not held"];
-  return h("span", { class: `badge ${kind}` }, text);
+  const held = verification.held_firmly === false ? "held, not firmly" : "held";
+  const [kind, text] = verification.passed ? (grasp.feasible ? ["good", held] : ["warn", `${held}, but infeasible`]) : ["bad", "not held"];
+  return h("span", { class: `badge ${kind}`, title: grasp.feasible ? null : grasp.violations.join(" ") }, text);
 }
 
 export function verificationReport(job, grasp) {
@@ -21,11 +24,12 @@ export function verificationReport(job, grasp) {
     (error) => plots.replaceChildren(h("p", { class: "hint" }, error.message)),
   );
   return [
-    h("p", {}, verdict(verification), ` ${sentence(verification.protocol)}. ${verification.explanation ?? words(verification.reason ?? "")}`),
+    h("p", {}, verdict(grasp), ` ${sentence(verification.protocol)}. ${verification.explanation ?? words(verification.reason ?? "")}`),
+    verification.passed && !grasp.feasible ? h("p", { class: "note" }, "The grasp held, but it is infeasible: ", grasp.violations.join(" "), " Do not execute it.") : null,
     phases(verification),
     plots,
     numbers(verification),
-  ];
+  ].filter(Boolean);
 }
 
 function phases(verification) {

@@ -8,6 +8,7 @@ import { invite } from "./recording.js";
 import { verdict, verificationReport } from "./report.js";
 import { viewStarts } from "./starts3d.js";
 import { prepare, viewGrasp } from "./view3d.js";
+import { noise, ways, world } from "./world.js";
 
 const id = location.pathname.split("/").at(-1);
 const quality = h("div");
@@ -53,6 +54,7 @@ function draw(job) {
   } else if (job.result) {
     sections.append(card("How the starts ended", {}, reasons(job)));
   }
+  if (job.result?.scene) sections.append(card("What stands around", {}, world(job.result)));
   sections.append(card("Downloads", {}, downloads), request(job));
   if (!job.result?.grasps.length) offer(job, null);
 }
@@ -101,7 +103,7 @@ function grasps(job) {
       { "data-rank": grasp.rank, "aria-selected": "false", on: { click: choose } },
       h("td", {}, h("button", { type: "button", "aria-pressed": "false", "aria-label": `Show grasp ${grasp.rank}` }, String(grasp.rank))),
       h("td", {}, h("span", { class: `badge ${grasp.feasible ? "good" : "warn"}` }, grasp.feasible ? "yes" : "no")),
-      h("td", {}, verdict(grasp.verification)),
+      h("td", {}, verdict(grasp)),
       ...metrics.map(({ name }) => h("td", { class: "number" }, number(grasp.metrics[name]))),
       h("td", { class: "number" }, tilt.toFixed(2)),
       h("td", { class: "number" }, `${iterations.cpo} / ${iterations.ppo}`),
@@ -129,7 +131,7 @@ async function select(job, grasp) {
     row.setAttribute("aria-selected", chosen);
     row.querySelector("button").setAttribute("aria-pressed", chosen);
   }
-  details.replaceChildren(...graspDetails(grasp));
+  details.replaceChildren(...graspDetails(job, grasp));
   show(verified, Boolean(grasp.verification));
   if (grasp.verification) verified.querySelector(".body").replaceChildren(...verificationReport(job, grasp));
   const address = new URL(location.href);
@@ -147,7 +149,7 @@ async function select(job, grasp) {
   }
 }
 
-function graspDetails(grasp) {
+function graspDetails(job, grasp) {
   const millimetres = (vector) => vector.map((value) => (1000 * value).toFixed(1)).join(", ");
   const parts = [
     h("p", {}, grasp.reason),
@@ -158,6 +160,8 @@ function graspDetails(grasp) {
       ["Palm, wxyz", grasp.palm.wxyz.map((value) => value.toFixed(4)).join(", ")],
       ...metrics.map((metric) => [heading(metric), number(grasp.metrics[metric.name], 4)]),
       ["Q at the start", number(grasp.initial.quality, 4)],
+      ...noise(job.result, grasp),
+      ...ways(grasp),
     ]),
     more("Joints", table(["Joint", "rad", "deg"], Object.entries(grasp.joints).map(([name, angle]) => [name, angle.toFixed(4), ((angle * 180) / Math.PI).toFixed(1)]))),
     more(

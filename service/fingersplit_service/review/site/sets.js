@@ -28,7 +28,7 @@ function batch(one) {
   const all = Object.values(one.states).reduce((sum, count) => sum + count, 0);
   const ended = ["succeeded", "failed", "cancelled"].reduce((sum, state) => sum + (one.states[state] ?? 0), 0);
   const said = Object.entries(one.states).map(([state, count]) => `${count} ${state}`).join(", ");
-  return h("li", {}, h("a", { href: api.links.batch(one.id) }, `${all} jobs`), h("p", { class: "hint" }, said), share(ended, all));
+  return h("li", {}, h("a", { href: api.links.batch(one.id) }, `${all} ${all === 1 ? "job" : "jobs"}`), h("p", { class: "hint" }, said), share(ended, all));
 }
 
 async function load() {
