@@ -1,10 +1,6 @@
 """A real service with the real planner, and pages in a real Chromium that may not ask for anything elsewhere."""
 
 import os
-import socket
-import subprocess
-import sys
-import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
@@ -15,52 +11,26 @@ from playwright.sync_api import Browser, ConsoleMessage, Page, ViewportSize, syn
 
 from chromium import ensure_chromium
 from fingersplit.objects.parametric import PARAMETRIC_OBJECTS
-from fingersplit_client import Client, JobCreate
+from fingersplit_client import Client, JobCreate, scenes
 from pages import LAPTOP
+from serving import serving
 
 REPOSITORY = Path(__file__).parents[2]
 SCREENSHOTS = REPOSITORY / "build" / "browser"
 FLAGS = ["--no-sandbox", "--disable-gpu", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    """Address of a service of one's own."""
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
-    folder = tmp_path_factory.mktemp("browser")
+    """Address of a service that these tests share."""
     environment = {name: value for name, value in os.environ.items() if not name.startswith("FINGERSPLIT_")}
-    command = [
-        Path(sys.executable).with_name("fingersplit"),
-        "serve",
-        "--port",
-        str(port),
-        "--data-dir",
-        folder / "data",
-    ]
-    with (folder / "service.log").open("w") as log:
-        process = subprocess.Popen(command, env=environment, stdout=log, stderr=log)
-    url = f"http://127.0.0.1:{port}"
-    try:
-        _wait_until_ready(process, url)
+    with serving(tmp_path_factory.mktemp("browser"), environment=environment) as url:
         yield url
-    finally:
-        process.terminate()
-        process.wait(30)
-
-
-def _wait_until_ready(process: "subprocess.Popen[bytes]", url: str) -> None:
-    end = time.monotonic() + 600  # with nothing compiled yet it takes minutes
-    with Client(url) as client:
-        while process.poll() is None and time.monotonic() < end:
-            if client.ready(timeout=1):
-                return
-    raise AssertionError("The service did not become ready.")
 
 
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Browser]:
+    """A browser, not kept for longer: while it is there, no other test of the process can run an event loop."""
     program = ensure_chromium()
     with sync_playwright() as playwright:
         chromium = playwright.chromium.launch(executable_path=program, args=FLAGS)
@@ -113,9 +83,9 @@ def keep(request: pytest.FixtureRequest) -> Callable[..., None]:
     return shoot
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def runs(service: str, tmp_path_factory: pytest.TempPathFactory) -> tuple[str, str]:
-    """Ids of two finished runs of the same can, with different settings."""
+    """Ids of two finished runs of the same can, with different settings; no other object is called so."""
     can = tmp_path_factory.mktemp("meshes") / "can.ply"
     PARAMETRIC_OBJECTS["cylinder"]().trimesh.export(can)
     with Client(service, timeout=120) as client:
@@ -125,3 +95,15 @@ def runs(service: str, tmp_path_factory: pytest.TempPathFactory) -> tuple[str, s
             for starts, friction in ((12, 0.6), (24, 0.8))
         ]
         return tuple(client.jobs.wait(job).id for job in jobs)
+
+
+@pytest.fixture(scope="session")
+def cornered(service: str, tmp_path_factory: pytest.TempPathFactory) -> str:
+    """Id of a run on a table, beside a wall, whose first grasp was simulated."""
+    box = tmp_path_factory.mktemp("meshes") / "box.ply"
+    PARAMETRIC_OBJECTS["box"]().trimesh.export(box)
+    around = scenes.scene(scenes.box("wall", (0.4, 0.02, 0.3), (0.0, 0.09, 0.15)), supports=[scenes.table()])
+    with Client(service, timeout=120) as client:
+        uploaded = client.objects.upload(box, unit="m", name="a crate in a corner")
+        job = client.jobs.create(JobCreate(object_id=uploaded.id, starts=16, seed=1, scene=around, verified=1))
+        return client.jobs.wait(job).id

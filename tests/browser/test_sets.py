@@ -13,13 +13,13 @@ FILLED_WITHIN = 240_000  # [ms]
 def test_a_data_set_is_asked_for_followed_and_downloaded(visit, service, keep, tmp_path):
     PARAMETRIC_OBJECTS["cylinder"]().trimesh.export(tmp_path / "can.ply")
     with Client(service) as client:
-        can = client.objects.upload(tmp_path / "can.ply", name="a can for sets")
+        can = client.objects.upload(tmp_path / "can.ply", name="a tin for sets")
         client.batches.create([JobCreate(object_id=can.id, starts=4, seed=seed) for seed in range(2)])
     page = visit("/review/datasets")
     page.get_by_label("Name", exact=True).fill("cans")
     page.get_by_role("button", name="Ask for it").click()
     expect(page.get_by_role("alert")).to_have_text("Choose at least one object.")
-    page.get_by_label("a can for sets").check()
+    page.get_by_label("a tin for sets").check()
     page.get_by_label("Grasps of each object").fill("2")
     page.get_by_label("Starts of a round").fill("6")
     page.get_by_label("Count only grasps that held").uncheck()
@@ -31,7 +31,7 @@ def test_a_data_set_is_asked_for_followed_and_downloaded(visit, service, keep, t
     with page.expect_download() as downloaded:
         page.get_by_role("link", name="Download: Round 0").first.click()
     with h5py.File(downloaded.value.path()) as shard:
-        assert shard.attrs["object_file"] == "a can for sets"
+        assert shard.attrs["object_file"] == "a tin for sets"
     page.get_by_role("link", name="All data sets").click()
     expect(page.locator("#sets tbody tr").first).to_contain_text("cans")
     keep(page, "sets-laptop-light")

@@ -1,0 +1,57 @@
+"""Every page against axe-core, in both sizes and both colour schemes: nothing serious may be wrong."""
+
+from contextlib import suppress
+
+import pytest
+from axe_playwright_python.sync_playwright import Axe
+from playwright.sync_api import TimeoutError as NotIdleError
+
+from fingersplit.objects.parametric import PARAMETRIC_OBJECTS
+from fingersplit_client import Client, JobCreate
+from pages import LAPTOP, PHONE
+
+SERIOUS = {"serious", "critical"}
+
+
+@pytest.fixture(scope="module")
+def pages(service, runs, cornered, tmp_path_factory):
+    """The address of every page by its name, each with something to show."""
+    tin = tmp_path_factory.mktemp("meshes") / "tin.ply"
+    PARAMETRIC_OBJECTS["cylinder"]().trimesh.export(tin)
+    with Client(service) as client:
+        tin = client.objects.upload(tin, unit="m", name="a tin to look at")
+        batch = client.batches.create([JobCreate(object_id=tin.id, starts=2)])
+        made = client.datasets.create([tin.id], name="tins", per_object=1, job={"starts": 4})
+    return {
+        "list": "/review",
+        "new": "/review/new",
+        "run": f"/review/runs/{runs[0]}",
+        "scene": f"/review/runs/{cornered}",
+        "compare": f"/review/compare?a={runs[0]}&b={runs[1]}",
+        "hands": "/review/hands",
+        "hand": "/review/hands/barrett",
+        "sets": "/review/datasets",
+        "set": f"/review/datasets/{made.id}",
+        "batch": f"/review/batches/{batch.id}",
+        "login": "/review/login",
+        "docs": "/docs",
+    }
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("size", [LAPTOP, PHONE], ids=["laptop", "phone"])
+def test_no_page_has_a_serious_fault(visit, keep, pages, size, scheme):
+    found = {}
+    for name, path in pages.items():
+        page = visit(path, size=size, scheme=scheme)
+        page.emulate_media(color_scheme=scheme, reduced_motion="reduce")
+        with suppress(NotIdleError):  # what is not ended is asked for again and again
+            page.wait_for_load_state("networkidle", timeout=20_000)
+        page.wait_for_function("() => document.querySelector('h1, .opblock')?.textContent")
+        page.evaluate("() => Promise.all(document.getAnimations().map((one) => one.finished.catch(() => {})))")
+        keep(page, f"axe-{name}-{'laptop' if size is LAPTOP else 'phone'}-{scheme}")
+        for fault in Axe().run(page).response["violations"]:
+            if fault["impact"] in SERIOUS:
+                found[name, fault["id"]] = [node["html"][:160] for node in fault["nodes"][:3]]
+        assert page.evaluate("document.documentElement.scrollWidth") <= size["width"], name
+    assert found == {}
