@@ -9,6 +9,8 @@ COMPILE_LOCK := uv pip compile --universal --python-version 3.11 --generate-hash
 
 export PYTHONUNBUFFERED := 1
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
+# Bytecode is kept even where the surroundings say otherwise: tests start many processes.
+export PYTHONDONTWRITEBYTECODE :=
 
 .DEFAULT_GOAL := help
 .PHONY: help demo test test-all coverage serve bench docs pictures lock clean

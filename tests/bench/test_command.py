@@ -12,6 +12,7 @@ from matplotlib.image import imread
 from fingersplit.objects.parametric import PARAMETRIC_OBJECTS
 from fingersplit_bench.report import FIGURES
 from fingersplit_bench.sections import SECTIONS
+from in_process import run_program
 
 PROGRAM = Path(sys.executable).with_name("fingersplit")
 
@@ -105,9 +106,9 @@ def test_bad_input_is_exit_code_2_with_one_sentence(folder):
         (("objects", "--only", "speed"), "Error: Unknown section 'speed'; known sections: planner, paper"),
         (("empty",), "Error: empty holds no mesh"),
     ):
-        refused = run(*arguments, cwd=folder)
+        refused = run_program("bench", *arguments, cwd=folder)
         assert refused.returncode == 2
         assert sentence in refused.stderr
         assert refused.stderr.count("\n") == 1
-    assert run("nowhere", cwd=folder).returncode == 2
-    assert run("objects", "--repeats", 0, cwd=folder).returncode == 2
+    assert run_program("bench", "nowhere", cwd=folder).returncode == 2
+    assert run_program("bench", "objects", "--repeats", 0, cwd=folder).returncode == 2

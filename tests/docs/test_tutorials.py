@@ -1,8 +1,6 @@
 """Tutorials that are followed from top to bottom: each block is run, and what a page shows is what is printed."""
 
 import re
-import subprocess
-import sys
 from pathlib import Path
 from typing import get_args
 
@@ -11,8 +9,8 @@ import pytest
 from code_blocks import FOLLOWED, ROOT, blocks
 from fingersplit.result.verification import Reason
 from fingersplit.splitting.termination import Termination
+from in_process import run_program
 
-PROGRAM = Path(sys.executable).with_name("fingersplit")
 SAVED = {"docs/failed_run.md": "shelf.json"}
 """Under which name the reader is told to save the JSON of a page."""
 
@@ -39,7 +37,7 @@ def _follow(block):
     """Run the one command of a block; how many lines it shows that were compared."""
     command, *lines = block.text.replace("\\\n", " ").splitlines()
     words = command.removeprefix("$ fingersplit ").split()
-    done = subprocess.run([PROGRAM, *words], capture_output=True, text=True, timeout=900, check=False)
+    done = run_program(*words, cwd=Path.cwd())
     printed = done.stdout + done.stderr
     failed = any(line.startswith(("Error:", "None of")) for line in lines)
     assert bool(done.returncode) == failed, f"{block}: {printed}"

@@ -15,7 +15,7 @@ from fingersplit.formats import available_formats
 from fingersplit.formats.isaac_grasp import read_isaac_grasp
 from fingersplit.parallel_grasps.sources import available_sources
 from fingersplit_client.schemas import PlanResult
-from program import run_program
+from in_process import run_program
 
 PROGRAM = Path(sys.executable).with_name("fingersplit")
 

@@ -11,7 +11,7 @@ import trimesh
 from rerun.chunk import RrdReader
 
 from fingersplit.objects.parametric import PARAMETRIC_OBJECTS
-from program import run_program
+from in_process import run_program
 
 FRICTION = ("--friction", 0.4)
 """Options of `plan` by case: the file, and what was said of it."""
