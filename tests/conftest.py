@@ -20,6 +20,19 @@ hypothesis.settings.load_profile("reproducible")
 REPOSITORY = Path(__file__).parents[1]
 
 
+LONG_FILES = (
+    *("bench/test_command", "service/test_cluster", "service/test_whole_service", "service/test_faults"),
+    *("browser/test_review", "browser/test_accessibility", "browser/test_grasp_view", "core/dataset/test_running"),
+    *("client/test_commands", "client/test_clients", "core/cli/test_stored_results", "service/test_contract"),
+)
+"""Files that take half a minute and more; they come first, so that no worker is left alone with one in the end."""
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    first = {Path(__file__).parent / f"{name}.py": place for place, name in enumerate(LONG_FILES)}
+    items.sort(key=lambda item: first.get(item.path, len(first)))
+
+
 def find_objects_folder() -> Path | None:
     configured = os.environ.get("FINGERSPLIT_OBJECTS")
     if configured:
