@@ -10,6 +10,8 @@ ONE_SIDED = 0.35
 """Least length of the mean normal of a cloud that was seen from one side; a closed surface has 0, a half ball 0.5."""
 CONTRADICTION = 0.2
 """Share of neighbours on the same side of an object that face opposite ways, beyond which normals mean nothing."""
+WALL = 0.2
+"""Of a neighbour's distance: how far it lies before or behind a point whose wall it is on the other side of."""
 FACING_AWAY = 0.7
 """Share of normals that face away from the viewpoint, beyond which all of them are the wrong way round."""
 
@@ -25,11 +27,20 @@ _TRIALS, _SHOWN = 200, 4_000
 
 
 def contradict(points: NDArray[np.float64], normals: NDArray[np.float64]) -> bool:
-    """Whether unit normals (n, 3) at points (n, 3) [m] face opposite ways so often that they mean nothing."""
-    _, nearby = cKDTree(points).query(points, min(7, len(points)))
-    cosines = np.einsum("ijk,ik->ij", normals[nearby[:, 1:]], normals)
-    parallel = np.abs(cosines) > 0.7
-    return bool(parallel.any() and np.mean(cosines[parallel] < 0) > CONTRADICTION)
+    """Whether unit normals (n, 3) at points (n, 3) [m] face opposite ways so often that they mean nothing.
+
+    Opposite ones on the two sides of a thin wall, all of them behind each other or all before, are no contradiction.
+    """
+    distances, nearby = cKDTree(points).query(points, min(7, len(points)))
+    nearby = nearby[:, 1:]
+    cosines = np.einsum("ijk,ik->ij", normals[nearby], normals)
+    parallel, opposite = np.abs(cosines) > 0.7, cosines < -0.7
+    if not parallel.any():
+        return False
+    heights = np.einsum("ijk,ik->ij", points[nearby] - points[:, None], normals)
+    wall = WALL * distances[:, 1:]
+    opposed = min(np.count_nonzero(opposite & (heights > -wall)), np.count_nonzero(opposite & (heights < wall)))
+    return bool(opposed > CONTRADICTION * np.count_nonzero(parallel))
 
 
 def point_inwards(

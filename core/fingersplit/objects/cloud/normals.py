@@ -4,11 +4,11 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import breadth_first_order, connected_components, minimum_spanning_tree
 from scipy.spatial import cKDTree
 
 from fingersplit.objects.cloud.checks import contradict, point_inwards
+from fingersplit.objects.cloud.layers import Planes, fit_layers, fit_planes
+from fingersplit.objects.cloud.orientation import orient_closed, orient_open
 from fingersplit.objects.cloud.point_cloud import PointCloud
 
 __all__ = ["OrientedPoints", "find_outliers", "orient_points"]
@@ -21,6 +21,12 @@ FINEST_VOXELS = 160
 MIN_NEIGHBOURS, MAX_NEIGHBOURS = 20, 120
 NOISE_REACH = 6.0
 """Radius of the neighbourhood that a normal is fitted to, in standard deviations of the noise."""
+OPPOSITE = -0.3
+"""Cosine of two normals below which their points lie on the two sides of a wall."""
+JUDGING = 10
+"""Neighbours that judge which way is out."""
+ROUNDS = 3
+"""How often the outside is judged anew, with planes through points of the same side."""
 
 
 class OrientedPoints(NamedTuple):
@@ -54,39 +60,85 @@ def orient_points(cloud: PointCloud) -> OrientedPoints:
     """Thin a cloud, leave out its outliers, and find the outward normal and the area of every point left.
 
     Normals are those of the planes that fit the neighbours best, which are taken from farther away where there is more
-    noise. They point as the cloud's own do, unless those contradict each other or point inwards, or else towards its
-    viewpoint; where neither is known, they agree with their neighbours along the tree of least turns [Hoppe1992], and
-    the whole points away from its middle, unless neighbours agree better when all point to one side, as they do in a
-    cloud from one view.
+    noise, and from one side of thin walls only. They point as the cloud's own do, unless those contradict each other or
+    point inwards, or else towards its viewpoint. Where neither is known, they point to the side that a point is seen
+    from if the points close off a body, and otherwise to the side that neighbours agree on best.
     """
     points, own = _thinned(cloud)
     keep = ~find_outliers(points)
     points, own = points[keep], None if own is None else own[keep]
-    count = min(MIN_NEIGHBOURS, len(points) - 1)
+    own = None if own is None else _usable(points, own)
     tree = cKDTree(points)
-    distances, neighbours = tree.query(points, count + 1)
-    _, noise, _ = _fit_planes(points, neighbours)
-    wider = np.median(distances[:, -1]) < NOISE_REACH * noise
-    if wider:
-        count = int(
-            min(count * (NOISE_REACH * noise / np.median(distances[:, -1])) ** 2, MAX_NEIGHBOURS, len(points) - 1)
-        )
-        distances, neighbours = tree.query(points, count + 1)
-    normals, noise, areas = _fit_planes(points, neighbours)
+    neighbours, planes = _neighbourhoods(points, own, tree, one_sided=cloud.viewpoint is not None)
     if own is not None:
-        lengths = np.linalg.norm(own, axis=1, keepdims=True)  # 0 where the normals of a voxel cancel
-        own = own / np.where(lengths > 0, lengths, 1.0)
-        own = None if np.median(lengths) == 0 or contradict(points, own) else own
-    if own is not None:
-        turned = np.einsum("ij,ij->i", normals, own) < 0
+        towards = own
     elif cloud.viewpoint is not None:
-        turned = np.einsum("ij,ij->i", normals, cloud.viewpoint - points) < 0
+        towards = cloud.viewpoint - points
     else:
-        turned = _against_neighbours(points, normals, neighbours[:, : MIN_NEIGHBOURS // 2])
-    normals = np.where(turned[:, None], -normals, normals)
-    if own is not None and point_inwards(points, normals, areas, cloud.viewpoint):
+        planes, towards = _judged_from_shape(points, tree, neighbours, planes)
+    normals = np.where(np.einsum("ij,ij->i", planes.normals, towards)[:, None] < 0, -planes.normals, planes.normals)
+    if own is not None and point_inwards(points, normals, planes.areas, cloud.viewpoint):
         normals = -normals
-    return OrientedPoints(points, normals, areas, float(np.sqrt(np.median(areas))), noise)
+    return OrientedPoints(points, normals, planes.areas, float(np.sqrt(np.median(planes.areas))), planes.noise)
+
+
+def _judged_from_shape(
+    points: NDArray[np.float64], tree: cKDTree, neighbours: NDArray[np.integer], planes: Planes
+) -> tuple[Planes, NDArray[np.float64]]:
+    """Planes through points of which only the places are known, and directions out of the object (n, 3)."""
+    towards = planes.normals
+    for _ in range(ROUNDS):
+        outwards = orient_closed(points, planes, neighbours[:, :JUDGING])
+        if outwards is None:
+            neighbours, planes = _neighbourhoods(points, None, tree, one_sided=True)
+            return planes, orient_open(points, planes.normals, neighbours[:, :JUDGING])
+        towards, same = outwards, _on_same_side(outwards, neighbours)
+        planes = fit_planes(points, neighbours, same)
+        if same is None:
+            break
+    return planes, towards
+
+
+def _neighbourhoods(
+    points: NDArray[np.float64], own: NDArray[np.float64] | None, tree: cKDTree, one_sided: bool
+) -> tuple[NDArray[np.integer], Planes]:
+    """Neighbours (n, k) of every point and the planes through them, as many as the noise asks for.
+
+    Args:
+        points: (n, 3) [m].
+        own: Usable unit normals of the cloud, (n, 3); None without.
+        tree: Of the points.
+        one_sided: Whether the points show one side of a wall only, as those that one camera saw.
+    """
+
+    def fit(count: int) -> tuple[NDArray[np.floating], NDArray[np.integer], Planes]:
+        distances, neighbours = tree.query(points, count + 1)
+        if own is not None:
+            planes = fit_planes(points, neighbours, _on_same_side(own, neighbours))
+        else:
+            planes = fit_planes(points, neighbours) if one_sided else fit_layers(points, neighbours)
+        return distances, neighbours, planes
+
+    count = min(MIN_NEIGHBOURS, len(points) - 1)
+    distances, neighbours, planes = fit(count)
+    typical = float(np.median(distances[:, -1]))
+    if typical < NOISE_REACH * planes.noise:
+        count = int(min(count * (NOISE_REACH * planes.noise / typical) ** 2, MAX_NEIGHBOURS, len(points) - 1))
+        _, neighbours, planes = fit(count)
+    return neighbours, planes
+
+
+def _on_same_side(normals: NDArray[np.float64], neighbours: NDArray[np.integer]) -> NDArray[np.bool_] | None:
+    """Neighbours (n, k) that do not face the opposite way, as on the other side of a wall; None for nearly all."""
+    same = np.einsum("ijk,ik->ij", normals[neighbours], normals) > OPPOSITE
+    return None if np.mean(same) > 0.995 else same
+
+
+def _usable(points: NDArray[np.float64], own: NDArray[np.float64]) -> NDArray[np.float64] | None:
+    """Mean normals (n, 3) of voxels as unit ones; None where they cancel or contradict each other."""
+    lengths = np.linalg.norm(own, axis=1, keepdims=True)  # 0 where the normals of a voxel cancel
+    own = own / np.where(lengths > 0, lengths, 1.0)
+    return None if np.median(lengths) == 0 or contradict(points, own) else own
 
 
 def _thinned(cloud: PointCloud) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
@@ -101,58 +153,3 @@ def _thinned(cloud: PointCloud) -> tuple[NDArray[np.float64], NDArray[np.float64
     )
     assert points is not None
     return points, own
-
-
-def _fit_planes(
-    points: NDArray[np.float64], neighbours: NDArray[np.integer]
-) -> tuple[NDArray[np.float64], float, NDArray[np.float64]]:
-    """Normal of every neighbourhood, typical deviation from its plane [m], and the area for one point in it [m^2]."""
-    offsets = points[neighbours]
-    offsets = offsets - offsets.mean(axis=1, keepdims=True)
-    spreads, axes = np.linalg.eigh(offsets.transpose(0, 2, 1) @ offsets / neighbours.shape[1])
-    noise = float(np.sqrt(np.median(np.maximum(spreads[:, 0], 0.0))))
-    # An even disk of radius r has the variance r^2 / 4 along each axis.
-    areas = 4 * np.pi * np.sqrt(np.maximum(spreads[:, 1] * spreads[:, 2], 0.0)) / neighbours.shape[1]
-    return axes[:, :, 0], noise, areas
-
-
-def _against_neighbours(
-    points: NDArray[np.float64], normals: NDArray[np.float64], neighbours: NDArray[np.integer]
-) -> NDArray[np.bool_]:
-    """Normals to turn, (n,), so that neighbours agree and the whole points outwards."""
-    rows, columns = np.repeat(np.arange(len(points)), neighbours.shape[1] - 1), neighbours[:, 1:].ravel()
-    cosines = np.einsum("ij,ij->i", normals[rows], normals[columns])
-
-    def disagreement(signs: NDArray[np.float64]) -> float:
-        return float(np.maximum(-signs[rows] * signs[columns] * cosines, 0).sum())
-
-    signs = _spread_signs(points, normals, rows, columns, cosines)
-    one_sided = signs
-    for _ in range(3):
-        one_sided = np.where(normals @ (one_sided @ normals) < 0, -1.0, 1.0)
-    return np.asarray((signs if disagreement(signs) <= disagreement(one_sided) else one_sided) < 0)
-
-
-def _spread_signs(
-    points: NDArray[np.float64],
-    normals: NDArray[np.float64],
-    rows: NDArray[np.integer],
-    columns: NDArray[np.integer],
-    cosines: NDArray[np.float64],
-) -> NDArray[np.float64]:
-    """Signs (n,) that agree along the spanning tree of least turns, every part of it away from the middle."""
-    n = len(points)
-    links = coo_array((1 - np.abs(cosines) + 1e-6, (rows, columns)), shape=(n, n)).tocsr()
-    tree = minimum_spanning_tree(links)
-    n_parts, part = connected_components(tree, directed=False)
-    signs = np.ones(n)
-    away = np.einsum("ij,ij->i", points - points.mean(axis=0), normals)
-    for number in range(n_parts):
-        members = np.flatnonzero(part == number)
-        order, before = breadth_first_order(tree, members[0], directed=False)
-        agree = np.where(np.einsum("ij,ij->i", normals[order[1:]], normals[before[order[1:]]]) < 0, -1.0, 1.0)
-        for i, sign in zip(order[1:], agree, strict=True):
-            signs[i] = sign * signs[before[i]]
-        if signs[members] @ away[members] < 0:
-            signs[members] *= -1
-    return signs

@@ -2,11 +2,15 @@
 
 import numpy as np
 import pytest
+import trimesh
+from scipy.spatial import cKDTree
 
 from fingersplit.errors import ObjectFileError
-from fingersplit.objects.cloud import MIN_POINTS, PointCloud
+from fingersplit.objects.cloud import MIN_POINTS, PointCloud, close_cloud
+from fingersplit.objects.cloud.checks import contradict
 from fingersplit.objects.cloud.normals import find_outliers, orient_points
 from fingersplit.objects.cloud.unseen import estimate_viewpoint
+from fingersplit.objects.cloud.visibility import look_from_all_sides
 from fingersplit.objects.intake import read_file
 from fingersplit.objects.mesh import Mesh
 from fingersplit.objects.model import ObjectModel
@@ -26,6 +30,11 @@ def all_around(mesh: Mesh, noise: float = 0.5e-3, count: int = 12_000) -> PointC
     rng = np.random.default_rng(1)
     points, _ = scatter(mesh, count, rng)
     return PointCloud(points + rng.normal(scale=noise, size=points.shape))
+
+
+def box_mesh(extents: tuple[float, float, float]) -> Mesh:
+    box = trimesh.creation.box(extents)
+    return Mesh(np.asarray(box.vertices), np.asarray(box.faces))
 
 
 @pytest.fixture(scope="module")
@@ -185,3 +194,42 @@ def test_meshes_with_holes_and_with_few_vertices_plan_to_feasible_grasps(objects
     else:
         mesh, _ = read_file(objects_folder / f"{name}.ply")
     assert plan(prepare_object(mesh, name), barrett, starts=32).feasible > 0
+
+
+@pytest.mark.parametrize("thickness", [0.002, 0.005, 0.01, 0.03])
+def test_normals_of_thin_closed_plates_point_out_without_any_hint(thickness):
+    plate = box_mesh((0.2, 0.15, thickness))
+    points, faces = scatter(plate, 8_000, np.random.default_rng(3))
+    oriented = orient_points(PointCloud(points))
+    wanted = plate.trimesh.face_normals[faces][cKDTree(points).query(oriented.points)[1]]
+    assert np.mean((oriented.normals * wanted).sum(axis=1) < 0) < 0.02
+    assert estimate_viewpoint(oriented.points, oriented.normals, oriented.areas) is None
+
+
+def test_walls_of_a_cup_face_outwards_and_inwards_without_any_hint():
+    mug = PARAMETRIC_OBJECTS["mug"]()
+    cloud = all_around(mug)
+    assert close_cloud(cloud).closed.volume == pytest.approx(mug.volume, rel=0.1)
+
+
+def test_normals_on_the_two_sides_of_a_thin_plate_are_believed():
+    plate = box_mesh((0.2, 0.15, 0.002))
+    points, faces = scatter(plate, 6_000, np.random.default_rng(3))
+    normals = plate.trimesh.face_normals[faces]
+    assert not contradict(points, normals)
+    assert not contradict(points, -normals)
+    assert contradict(points, normals * np.random.default_rng(0).choice([-1.0, 1.0], (len(points), 1)))
+
+
+def test_sheets_and_single_views_are_open_and_bodies_are_closed():
+    def openness(cloud: PointCloud) -> float:
+        oriented = orient_points(cloud)
+        return look_from_all_sides(*oriented).openness
+
+    sheet = np.random.default_rng(0).uniform(-0.1, 0.1, (6_000, 3)) * [1, 1, 0] + [0, 0, 0.001]
+    sheet[:, 2] += 0.2 * sheet[:, 0] ** 2
+    assert openness(PointCloud(sheet)) > 0.8
+    for name in ("sphere", "mug"):
+        mesh = PARAMETRIC_OBJECTS[name]()
+        assert openness(PointCloud(one_view(mesh, FROM_ABOVE, noise=2e-4).points)) > 0.3
+        assert openness(all_around(mesh)) < 0.1
