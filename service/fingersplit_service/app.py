@@ -30,6 +30,7 @@ from fingersplit_service.endpoints import (
     usage,
     views,
 )
+from fingersplit_service.endpoints.bodies import exact_json
 from fingersplit_service.endpoints.forms import exact_query
 from fingersplit_service.jobs.worker_functions import WorkerFunctions
 from fingersplit_service.limits import MAX_HEADER_BYTES
@@ -119,7 +120,8 @@ def create_app(settings: ServiceSettings | None = None, functions: WorkerFunctio
         generate_unique_id_function=_operation_id,
     )
     for resource in _RESOURCES:
-        app.include_router(resource.router, dependencies=[] if resource is health else [Depends(exact_query)])
+        exact = [] if resource is health else [Depends(exact_query), Depends(exact_json)]
+        app.include_router(resource.router, dependencies=exact)
     for router in (pages.root, pages.router, viewer.router, docs.router):
         app.include_router(router)
     add_problem_handlers(app)

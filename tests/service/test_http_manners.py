@@ -275,3 +275,36 @@ async def test_a_batch_is_cancelled_in_one_call(api):
     cancelled = await api.http.post(f"/v1/batches/{batch['id']}/cancel")
     assert cancelled.json()["states"] == {"cancelled": 3}
     assert (await api.ended(await api.queue(FINE)))["state"] == "succeeded"
+
+
+@pytest.mark.parametrize(
+    ("changes", "field", "said"),
+    [
+        ({"starts": "many"}, "/starts", 'It must be a whole number. It is "many".'),
+        ({"starts": 2.5}, "/starts", "It must be a whole number, without a fraction. It is 2.5."),
+        ({"starts": 0}, "/starts", "It must be 1 or more. It is 0."),
+        ({"planner": 3}, "/planner", "It must be a JSON object. It is 3."),
+        ({"parallel_grasps": []}, "/parallel_grasps", "It must have at least 1 entries, and has 0."),
+        ({"strats": 3}, "/strats", "There is no such field. Did you mean 'starts'?"),
+    ],
+)
+async def test_faults_of_fields_are_told_in_plain_sentences(api, changes, field, said):
+    response = await api.http.post("/v1/jobs", json={"object_id": await api.object_id()} | changes)
+    problem = refusal(response, 422, "invalid-request")
+    told = {error.field: error.detail for error in problem.errors}
+    assert told[field].startswith(said)
+    assert "Input should" not in response.text
+
+
+@pytest.mark.parametrize(
+    ("body", "field"),
+    [
+        ('{"object_id": "x", "starts": 4, "starts": 8}', "/starts"),
+        ('{"object_id": "x", "planner": {"gain": 1, "gain": 2}}', "/planner/gain"),
+        ('{"object_id": "x", "scene": {"obstacles": [{"id": "a"}, {"id": "b", "id": "c"}]}}', "/scene/obstacles/1/id"),
+    ],
+)
+async def test_a_repeated_key_of_a_json_body_is_refused(api, body, field):
+    problem = refusal(await api.http.post("/v1/jobs", content=body, headers=JSON), 422, "invalid-request")
+    assert problem.errors[0].field == field
+    assert "more than once" in problem.detail
