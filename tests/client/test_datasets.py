@@ -14,7 +14,8 @@ from fingersplit.dataset import Dataset
 from fingersplit.hands import load_hand
 from fingersplit.objects.loading import load_object
 from fingersplit.planning.planning import plan
-from fingersplit_client import Client
+from fingersplit.transforms import pose_matrix, rotation_from_wxyz
+from fingersplit_client import Client, scenes
 
 pytestmark = pytest.mark.anyio
 PATIENCE = 300
@@ -64,3 +65,25 @@ def test_its_grasps_are_those_of_this_machine(service: str, can: bytes) -> None:
         there = first.columns["joints"]
         names = list(first.hand["joint_names"])
         assert np.array_equal(there, [[grasp.joints[joint] for joint in names] for grasp in here.grasps])
+
+
+def test_its_grasps_keep_clear_of_the_scene(service: str, can: bytes, tmp_path: Path) -> None:
+    around = scenes.scene(scenes.box("wall", (0.4, 0.02, 0.3), (0.0, 0.06, 0.15)), supports=[scenes.table()])
+    with Client(service) as client:
+        uploaded = client.objects.upload(can, file_type="off", name="can")
+        asked = client.datasets.create([uploaded], per_object=2, job={"starts": 8, "seed": 4, "scene": around})
+        until = time.monotonic() + PATIENCE
+        while (found := client.datasets.get(asked.id)).state == "running":
+            assert time.monotonic() < until
+            time.sleep(0.05)
+        assert (found.state, found.selected) == ("complete", 2)
+        client.datasets.download(asked.id, tmp_path)
+    dataset = Dataset(tmp_path)
+    assert [one["id"] for one in dataset.order.constraints["scene"]["obstacles"]] == ["wall"]
+    for shard in dataset.shards():
+        assert shard.scene is not None
+        assert set(shard.scene["rejected_by"]) <= {"wall", "table"}
+        place = shard.scene["object_pose"]
+        in_world = pose_matrix(rotation_from_wxyz(place["wxyz"]), place["position"])
+        for contacts in shard.columns["contact_position"][shard.columns["feasible"]]:
+            assert (contacts @ in_world[1, :3] + in_world[1, 3]).max() < 0.05  # this side of the wall

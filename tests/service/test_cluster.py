@@ -19,6 +19,7 @@ import pytest
 from conftest import PATIENCE, cube_file, started_cluster
 from fake_workers import FINE, HANGS, HANGS_ONCE, WAITS
 from sqlalchemy.exc import DatabaseError
+from test_datasets import begin_rounds, begun, cubes, filled, rounds
 from test_faults import SERVER, children, wait_until
 from test_store import OBJECT, JobStore, ObjectStore
 from test_waiting import events_of
@@ -73,6 +74,24 @@ async def test_one_key_at_two_replicas_is_one_job(two):
     answers = await asyncio.gather(*calls)
     assert {answer.status_code for answer in answers} <= {200, 202}
     assert len({answer.json()["id"] for answer in answers}) == 1
+
+
+@pytest.mark.anyio
+async def test_a_data_set_is_filled_once_whoever_answers(two):
+    here, there = two
+    asked = await begun(here, await cubes(here, 2))
+    found = await filled(there, asked["id"])
+    assert (found["state"], found["done"], found["selected"]) == ("complete", 2, 4)
+    jobs = [await there.job(one["id"]) for one in await rounds(here, asked["id"])]
+    assert sorted((job["object_id"], job["request"]["seed"]) for job in jobs) == sorted(
+        (item["object_id"], seed) for item in found["items"] for seed in (7, 8)
+    )
+    shards = [await api.http.get(f"/v1/datasets/{asked['id']}/shards/1/0") for api in two]
+    assert [shard.content for shard in shards] == [b"shard 1 0"] * 2
+    hanging = await begun(here, await cubes(here, 1), HANGS)
+    await begin_rounds(there, hanging["id"], 1)
+    assert (await there.http.post(f"/v1/datasets/{hanging['id']}/cancel")).json()["state"] == "cancelled"
+    assert {job["state"] for job in await rounds(here, hanging["id"])} == {"cancelled"}
 
 
 @pytest.mark.anyio
