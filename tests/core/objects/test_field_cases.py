@@ -6,6 +6,7 @@ import trimesh
 
 import field_cases as case
 from fingersplit.errors import ObjectFileError
+from fingersplit.objects.cloud.checks import scene_plane
 from fingersplit.objects.intake import read_bytes, read_mesh
 from fingersplit.objects.loading import load_object
 from fingersplit.objects.model import ObjectModel
@@ -169,9 +170,23 @@ def test_scene_is_told_from_an_object_and_stays_as_large_as_it_was(tmp_path):
     assert "plane takes 9" in model.report.remarks[0]
     assert "Cut the object out" in model.report.remarks[0]
     assert model.mesh.extents[:2] == pytest.approx([0.6, 0.6], abs=0.04)
+    assert model.mesh.extents[2] < 0.08  # 30 mm were seen
+    assert model.collision.points[:, 2].max() < 0.56
     points, normals = case.brick_with_normals()
     front = normals @ [0.1, 0.2, -1.0] > 0
     assert prepared_cloud(tmp_path, points=points[front]).report.plane_share == 0
+
+
+def test_several_things_on_a_table_are_a_scene_and_a_tray_is_none():
+    rng = np.random.default_rng(1)
+    table = np.c_[rng.uniform(-0.3, 0.3, (8_000, 2)), np.zeros(8_000)]
+    points, normals = case.brick_with_normals(700)
+    brick = points[normals[:, 2] > -0.5] + [0, 0, 0.02]
+    bricks = [np.add(brick, [x, y, 0]) for x in (-0.22, 0, 0.22) for y in (-0.22, 0, 0.22)]
+    assert scene_plane(np.vstack([table, *bricks])) > 0.5
+    floor = table * 0.5
+    rim = np.c_[rng.uniform(-0.15, 0.15, 3_000), rng.choice([-0.15, 0.15], 3_000), rng.uniform(0.0, 0.03, 3_000)]
+    assert scene_plane(np.vstack([floor, rim, rim[:, [1, 0, 2]]])) == 0
 
 
 @pytest.mark.parametrize("count", [210, 300, 420])

@@ -20,7 +20,9 @@ MOST = 0.5
 ON_ONE_SIDE = 0.95
 """Share of the others that must lie on one side of it, as what stands on a table does."""
 FOOTPRINT = 0.5
-"""Most of the plane's area that the others may cover; a tray's rim covers all of its floor."""
+"""Most of the plane's area, or of its edge, that the others may cover; a tray's rim covers all of its floor."""
+BESIDE_EDGE = 0.06
+"""Distance of the edge, in longest extents, within which others cover it."""
 NEAR_PLANE = 0.01
 """Distance from the plane, in longest extents, within which a point is part of it."""
 _TRIALS, _SHOWN = 200, 4_000
@@ -92,7 +94,19 @@ def scene_plane(points: NDArray[np.float64]) -> float:
     side = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))])
     flat = shown @ np.column_stack([side, np.cross(normal, side)])
     try:
-        small = ConvexHull(flat[~on_plane]).volume < FOOTPRINT * ConvexHull(flat[on_plane]).volume
+        table, things = ConvexHull(flat[on_plane]), ConvexHull(flat[~on_plane])
     except QhullError:
         return share
-    return share if small else 0.0
+    if things.volume < FOOTPRINT * table.volume:
+        return share
+    return share if _edge_covered(flat[on_plane][table.vertices], flat[~on_plane]) < FOOTPRINT else 0.0
+
+
+def _edge_covered(outline: NDArray[np.float64], others: NDArray[np.float64]) -> float:
+    """Share of an outline (n, 2) [m] that has others (m, 2) [m] beside it, as a tray's rim; several things leave it."""
+    ends = np.roll(outline, -1, axis=0)
+    lengths = np.linalg.norm(ends - outline, axis=1)
+    places = np.linspace(0.0, 1.0, 20, endpoint=False)[:, None, None]
+    along = outline + places * (ends - outline)  # (20, n, 2)
+    beside = cKDTree(others).query(along)[0] < BESIDE_EDGE * float(np.ptp(outline, axis=0).max())
+    return float((beside.mean(axis=0) * lengths).sum() / lengths.sum())

@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingersplit.errors import ObjectFileError
+from fingersplit.objects.cloud.checks import scene_plane
 from fingersplit.objects.cloud.completion import complete
 from fingersplit.objects.cloud.normals import OrientedPoints, orient_points
 from fingersplit.objects.cloud.point_cloud import PointCloud
@@ -45,7 +46,8 @@ def close_cloud(cloud: PointCloud, fairing: float = 0.0) -> Outline:
         viewpoint = estimate_viewpoint(oriented.points, oriented.normals, oriented.areas)
     if viewpoint is not None and cloud.support is not None:
         return _completed(oriented, viewpoint, cloud.support, fairing)
-    rough, is_seen = reconstruct(oriented, viewpoint)
+    scene = viewpoint is not None and scene_plane(oriented.points) > 0
+    rough, is_seen = reconstruct(oriented, viewpoint, shallow=scene)
     if not is_seen.any():
         raise ObjectFileError("no_volume", "No surface runs through the points: they are scattered in space.")
     if moments_of(rough.vertices, rough.faces).volume <= 0:
@@ -56,7 +58,8 @@ def close_cloud(cloud: PointCloud, fairing: float = 0.0) -> Outline:
         )
     noise = min(FAIRING * oriented.noise, MAX_FAIRING * float(rough.extents.max()))
     closed = fair(rough, max(fairing, noise))
-    return Outline(closed, part_of_mesh(closed, is_seen), viewpoint, DETAIL * oriented.spacing)
+    hidden_from = None if scene else viewpoint  # a table hides nothing that a hand would have to keep clear of
+    return Outline(closed, part_of_mesh(closed, is_seen), hidden_from, DETAIL * oriented.spacing)
 
 
 def _completed(

@@ -54,12 +54,15 @@ class Reconstruction(NamedTuple):
     seen: NDArray[np.bool_]
 
 
-def reconstruct(oriented: OrientedPoints, viewpoint: NDArray[np.float64] | None = None) -> Reconstruction:
+def reconstruct(
+    oriented: OrientedPoints, viewpoint: NDArray[np.float64] | None = None, *, shallow: bool = False
+) -> Reconstruction:
     """The closed surface through oriented points, within their bounds but for what a camera could not see behind them.
 
     Args:
         oriented: The points.
         viewpoint: Where the camera stood, (3,) [m]; None for a cloud from several sides.
+        shallow: Whether nothing reaches farther from the camera than what it saw, as in a scene on a table.
 
     Raises:
         ObjectFileError: The points enclose nothing.
@@ -73,7 +76,7 @@ def reconstruct(oriented: OrientedPoints, viewpoint: NDArray[np.float64] | None 
     winding = _winding_number(oriented, origin, cell, shape)
     at_points = map_coordinates(winding, ((oriented.points - origin) / cell).T, order=1)
     level = float(np.average(at_points, weights=oriented.areas))
-    winding[_beyond_points(oriented.points, viewpoint, origin, cell, shape)] = winding.min()
+    winding[_beyond_points(oriented.points, viewpoint, shallow, origin, cell, shape)] = winding.min()
     if not winding.min() < level < winding.max():
         raise ObjectFileError(
             "no_volume", "The points enclose no volume: they may lie in one plane or point every way."
@@ -90,6 +93,7 @@ def reconstruct(oriented: OrientedPoints, viewpoint: NDArray[np.float64] | None 
 def _beyond_points(
     points: NDArray[np.float64],
     viewpoint: NDArray[np.float64] | None,
+    shallow: bool,
     origin: NDArray[np.float64],
     cell: float,
     shape: list[int],
@@ -103,7 +107,7 @@ def _beyond_points(
         view /= np.linalg.norm(view)
         side = np.cross(view, axes[np.argmin(np.abs(view))])
         side /= np.linalg.norm(side)
-        axes = np.stack([side, np.cross(view, side)])
+        axes = np.stack([side, np.cross(view, side), *([view] if shallow else [])])
     steps = [start + cell * np.arange(size) for start, size in zip(origin, shape, strict=True)]
     for axis in axes:
         along = points @ axis
