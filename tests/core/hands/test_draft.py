@@ -8,8 +8,10 @@ from fingersplit.hands import load_hand
 from fingersplit.hands.check import check_hand
 from fingersplit.hands.description import read_description
 from fingersplit.hands.draft import description_to_toml, draft_folder, draft_hand
+from fingersplit.hands.draft.structure import find_fingers, find_palm
 from fingersplit.hands.files import find_hand
 from fingersplit.hands.forward import link_poses
+from fingersplit.hands.tree import compile_model
 from models_folder import models_folder
 from own_hand import COUNTS, FINGERS, hand_mjcf
 
@@ -122,3 +124,14 @@ def test_a_draft_is_the_description_or_the_check_asks_for_what_is_missing(name, 
         assert found.drivers == known.drivers
         np.testing.assert_allclose(found.matrix, known.matrix, atol=1e-6)
         np.testing.assert_allclose(found.offset, known.offset, atol=1e-6)
+
+
+def test_fingers_are_named_in_the_models_language(tmp_path):
+    text = hand_mjcf()
+    for name, own in zip(FINGERS, ("Daumen ä", "上", "средний", "μικρό", "anular ñ"), strict=False):
+        text = text.replace(name, own)
+    (tmp_path / "hand.xml").write_text(text, encoding="utf-8")
+    compiled, _ = compile_model(tmp_path / "hand.xml", tmp_path)
+    names = [finger.name for finger in find_fingers(compiled, find_palm(compiled))]
+    assert names[:2] == ["Daumen_ä", "上"]
+    assert len(set(names)) == len(FINGERS)

@@ -113,7 +113,7 @@ def _names(model: Any, root: int, tips: list[int]) -> list[str]:
 
 
 def _plain(name: str) -> str:
-    name = re.sub(r"[^A-Za-z0-9]+", "_", name).strip("_")
+    name = re.sub(r"[\W_]+", "_", name).strip("_")
     name = re.sub(r"_?(joint|link|j|q)$", "", name, flags=re.IGNORECASE)
     return f"finger{name}" if name.isdigit() else name
 
