@@ -13,7 +13,7 @@ def hands() -> None:
 
     for name in available_hands():
         hand = load_hand(name)
-        typer.echo(f"{name}: {hand.title}; {len(hand.fingers)} fingers, {len(hand.joint_names)} joints")
+        typer.echo(f"{name}: {hand.title}; {len(hand.chains)} fingers, {len(hand.joint_names)} joints")
     for name in described_hands():
         typer.echo(f"{name}@FOLDER: the model is yours, its description ships")
 
