@@ -45,7 +45,8 @@ def test_the_way_from_a_mesh_to_a_file(service: str, can: bytes, tmp_path: Path)
     assert f"{job}  succeeded" in watched.stderr
     files = [tmp_path / name for name in ("can.json", "can.png", "grasps.json")]
     told = run("grasps", job, "--json", files[0], "--picture", files[1], "--export", files[2], server=service).stdout
-    assert "holding margin [N]" in told
+    assert "P holds" in told
+    assert "margin [N]" in told
     assert all(f"to {file}" in told for file in files)
     assert len(json.loads(files[0].read_text())["grasps"]) == 3
     assert files[1].read_bytes().startswith(b"\x89PNG")

@@ -36,11 +36,12 @@ def grasps(
         if job.result is None:
             raise JobFailed(job)
         print_table(
-            ("rank", "feasible", ">holding margin [N]", "in simulation", ">Ferrari-Canny [N]", ">palm x y z [mm]"),
+            ("rank", "feasible", ">P holds", ">margin [N]", "in simulation", ">Ferrari-Canny [N]", ">palm x y z [mm]"),
             (
                 (
                     str(grasp.rank),
                     "yes" if grasp.feasible else "no",
+                    number(None if grasp.p_hold is None else grasp.p_hold.value),
                     number(grasp.metrics.holding_margin),
                     {None: "", True: "held", False: "did not hold"}[grasp.held],
                     number(grasp.metrics.ferrari_canny, 3),

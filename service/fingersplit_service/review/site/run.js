@@ -89,7 +89,7 @@ function drawHead(job) {
 }
 
 function grasps(job) {
-  const numeric = new Set([...metrics.map(heading), "Pad angle, rad", "CPO / PPO"]);
+  const numeric = new Set(["P holds", ...metrics.map(heading), "Pad angle, rad", "CPO / PPO"]);
   const heads = ["Rank", "Feasible", "Verified", ...numeric, "Ended"];
   const rows = job.result.grasps.map((grasp) => {
     const choose = (event) => {
@@ -104,6 +104,7 @@ function grasps(job) {
       h("td", {}, h("button", { type: "button", "aria-pressed": "false", "aria-label": `Show grasp ${grasp.rank}` }, String(grasp.rank))),
       h("td", {}, h("span", { class: `badge ${grasp.feasible ? "good" : "warn"}` }, grasp.feasible ? "yes" : "no")),
       h("td", {}, verdict(grasp)),
+      h("td", { class: "number" }, number(grasp.p_hold?.value, 2)),
       ...metrics.map(({ name }) => h("td", { class: "number" }, number(grasp.metrics[name]))),
       h("td", { class: "number" }, tilt.toFixed(2)),
       h("td", { class: "number" }, `${iterations.cpo} / ${iterations.ppo}`),
@@ -120,7 +121,7 @@ function grasps(job) {
   return h(
     "div",
     {},
-    h("p", { class: "hint" }, "Ranked, best first. Choose one to see how it came about."),
+    h("p", { class: "hint" }, "Ranked, best first: by how probably they hold where that was judged (P holds). Choose one to see how it came about."),
     h("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": "Table of grasps" }, table),
   );
 }
