@@ -35,7 +35,7 @@ def test_the_image_builds_and_serves_as_another_user(tmp_path):
             with Client(f"http://127.0.0.1:{port}", timeout=300) as client:
                 result = client.plan(REPOSITORY / "examples" / "objects" / "mug.ply", starts=16, verified=1)
             assert result.best.verification.passed
-            assert httpx2.get(f"http://127.0.0.1:{port}/review/").status_code == 200
+            assert httpx2.get(f"http://127.0.0.1:{port}/review").status_code == 200
         finally:
             service.send_signal(signal.SIGTERM)
             service.wait(60)
