@@ -27,6 +27,7 @@ __all__ = [
     "PublishedGrip",
     "VirtualFrame",
     "available_controllers",
+    "closing_path",
     "load_controller",
 ]
 
@@ -54,6 +55,24 @@ class Controller(ABC):
         return {"name": self.name, "meaning": first_line(type(self)), "numbers": asdict(self)}
 
 
+def closing_path(
+    opened: NDArray[np.float64], closed: NDArray[np.float64], targets: NDArray[np.float64], steps: tuple[int, int]
+) -> NDArray[np.float64]:
+    """Angles (T, A) [rad] that servos are sent while a hand closes and squeezes.
+
+    Args:
+        opened: Drivers to begin with, (A,) [rad].
+        closed: Drivers of the planned grasp, (A,) [rad].
+        targets: Drivers of the squeeze, (A,) [rad].
+        steps: Steps from ``opened`` to ``closed``, and on to ``targets``; of the latter the last third lets the hand
+            come to rest.
+    """
+    shares = np.arange(1, steps[0] + 1) / steps[0]
+    closing = shares**3 * (10 - 15 * shares + 6 * shares**2)  # the curve of least jerk ends without velocity
+    pressing = np.clip(np.linspace(0.0, 1.5, steps[1]), 0.0, 1.0)
+    return np.vstack([opened + np.outer(closing, closed - opened), closed + np.outer(pressing, targets - closed)])
+
+
 @dataclass(frozen=True)
 class PublishedGrip(Controller):
     """Executes what stands in the answer: joints from pre-grasp to grasp and on, by servos of the stated stiffness."""
@@ -73,16 +92,12 @@ class PublishedGrip(Controller):
             grip: What is published.
             opened: Joints to begin with, (N,) [rad].
             closed: Joints of the planned grasp, (N,) [rad].
-            steps: Steps from ``opened`` to ``closed``, and on to the targets; of the latter the last third lets the
-                hand come to rest.
+            steps: As ``closing_path`` takes them.
         """
         scene.enable(JOINT_SERVOS)
         scene.set_gains(scene.joint_controls, grip.stiffness, grip.damping)
-        shares = np.arange(1, steps[0] + 1) / steps[0]
-        closing = shares**3 * (10 - 15 * shares + 6 * shares**2)  # the curve of least jerk ends without velocity
-        pressing = np.clip(np.linspace(0.0, 1.5, steps[1]), 0.0, 1.0)
         first, planned, last = (scene.drivers_of(joints) for joints in (opened, closed, grip.targets))
-        path = np.vstack([first + np.outer(closing, planned - first), planned + np.outer(pressing, last - planned)])
+        path = closing_path(first, planned, last, steps)
         controls = np.zeros((len(path), scene.model.nu))
         controls[:, scene.joint_controls] = path
         return controls

@@ -12,7 +12,15 @@ from numpy.typing import NDArray
 from fingersplit.verification.protocol import Trial
 from fingersplit.verification.scene import Scene
 
-__all__ = ["SimulationTrack", "keep_clear", "open_fingers", "run_closing", "run_trials"]
+__all__ = [
+    "SimulationTrack",
+    "keep_clear",
+    "open_fingers",
+    "palm_accelerations",
+    "run_closing",
+    "run_trials",
+    "trial_loads",
+]
 
 CLEARANCE = 0.2e-3
 """Fingers open until their pads are this far from the pieces [m]."""
@@ -158,9 +166,9 @@ def run_trials(
     paths, controls = [], []
     for model, trial in zip(models, trials, strict=True):
         model.opt.gravity = trial.gravity
-        path, forces = _schedule(scene, trial, mass)
+        path, forces = trial_loads(trial, mass, step)
         paths.append(path)
-        controls.append(_with_forces(scene, np.tile(held, (len(path), 1)), forces, _accelerations(path, step)))
+        controls.append(_with_forces(scene, np.tile(held, (len(path), 1)), forces, palm_accelerations(path, step)))
     longest = max(len(path) for path in paths)
     controls = [np.pad(rows, ((0, longest - len(rows)), (0, 0)), mode="edge") for rows in controls]
     start = _state(scene)
@@ -192,19 +200,19 @@ def _stretches(steps: int, step: float, decided_after: float | None) -> list[tup
     return list(zip([0, *ends[:-1]], ends, strict=True))
 
 
-def _schedule(scene: Scene, trial: Trial, mass: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """The palm's path and the force that pulls the object in a trial, (T, 3) [m] and (T, 3) [N]."""
-    step, offset = scene.model.opt.timestep, np.zeros(3)
+def trial_loads(trial: Trial, mass: float, step: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The palm's path (T, 3) [m] and the force (T, 3) [N] that pulls an object of ``mass`` [kg], every ``step`` [s]."""
+    offset = np.zeros(3)
     paths, forces = [], []
     for phase in trial.phases:
-        times = step * np.arange(1, round(phase.duration / step) + 1)
+        times = step * np.arange(1, round(phase.duration / step) + 1, dtype=np.float64)
         paths.append(offset + phase.motion(times))
         forces.append(np.tile(mass * np.asarray(phase.pull, np.float64), (len(times), 1)))
         offset = paths[-1][-1]
     return np.vstack(paths), np.vstack(forces)
 
 
-def _accelerations(path: NDArray[np.float64], step: float) -> NDArray[np.float64]:
+def palm_accelerations(path: NDArray[np.float64], step: float) -> NDArray[np.float64]:
     """Of a palm that begins and ends at rest, (T, 3) [m/s^2]."""
     padded = np.vstack([np.zeros((1, 3)), path, path[-1:]])
     return np.asarray(np.diff(padded, 2, axis=0) / step**2)
