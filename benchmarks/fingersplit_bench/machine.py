@@ -10,7 +10,7 @@ from typing import Any
 
 __all__ = ["describe_machine", "on_core"]
 
-PACKAGES = ("fingersplit", "numpy", "numba", "scipy", "mujoco", "casadi")
+PACKAGES = ("fingersplit", "numpy", "numba", "scipy", "mujoco", "casadi", "drake")
 
 
 def describe_machine() -> dict[str, Any]:

@@ -26,6 +26,7 @@ FIGURES = {
     "noisy_top1": ">= 0.94, on each axis >= 0.80; estimated >= 0.88 and 0.70",
     "cheap_tier_ms": "<= 15 ms",
     "simulated_tier_ms": "<= 4 ms",
+    "engine_agreement": ">= 92 % of 200, half of them spoilt",
     "recording_ms": "<= 40 ms and 1.5 MB",
     "convex_pieces_s": "<= 3 s",
 }

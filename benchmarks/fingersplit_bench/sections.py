@@ -17,6 +17,7 @@ SECTIONS = {
     "balls": "fingersplit_bench.balls:balls_chapter",
     "verification": "fingersplit_bench.verification:verification_chapter",
     "holding": "fingersplit_bench.holding:holding_chapter",
+    "second_engine": "fingersplit_bench.second_engine.section:second_engine_chapter",
     "scene": "fingersplit_bench.scene:measure_scene",
     "generated_scenes": "fingersplit_bench.generated_scenes:generated_scenes_chapter",
     "depth": "fingersplit_bench.depth:depth_chapter",
