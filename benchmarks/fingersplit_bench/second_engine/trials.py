@@ -21,8 +21,9 @@ from fingersplit_bench.suite import Bench
 __all__ = ["SPOILT", "TrialGrasp", "trial_grasps"]
 
 SEED = 11
-PAIRS = 20
-"""A planned grasp and a spoilt one make a pair; so many pairs a repeat, spread over the objects."""
+PAIRS = 22
+"""A planned grasp and a spoilt one make a pair; so many pairs a repeat, spread over the objects. Five repeats are 200
+grasps and some that are left out."""
 SPOILT = ("displaced", "slippery", "heavy", "low-ranked")
 DISPLACED = 8e-3, 20e-3
 """How far the palm of a displaced grasp is from its place, at least and at most [m]."""
