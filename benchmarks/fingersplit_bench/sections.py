@@ -57,7 +57,7 @@ def run_sections(bench: Bench, names: Iterable[str], *, required: bool) -> tuple
         try:
             measures[name] = resolve_name(SECTIONS[name])
         except ModuleNotFoundError as error:
-            why = f"It needs {error.name}, which is not installed; `make bench` installs it."
+            why = f"It needs {error.name}, which is not installed; benchmarks/README.md says how."
             if required:
                 raise BenchError(f"Section {name!r} cannot run. {why}") from error
             left_out[name] = why
