@@ -23,11 +23,11 @@ def run(*arguments: object, cwd: Path) -> subprocess.CompletedProcess[str]:
 
 
 QUICK = ("planner", "paper", "ipopt", "objects", "parallel_grasps", "recordings")
-SIMULATED = ("verification", "holding")
+SIMULATED = ("verification", "holding", "second_engine")
 """Sections that simulate grasps for minutes."""
 SIMULATED_FIGURES = {
     *("holding_rate", "convex_pieces_s", "p_hold_auc", "p_hold_calibration", "noisy_top1", "cheap_tier_ms"),
-    *("simulated_tier_ms", "lift_ms", "verdict_changes", "held_per_second"),
+    *("simulated_tier_ms", "lift_ms", "verdict_changes", "held_per_second", "engine_agreement"),
 }
 
 

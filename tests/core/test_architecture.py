@@ -97,6 +97,10 @@ def is_registered(definition: ast.FunctionDef | ast.AsyncFunctionDef | ast.Class
     return any(isinstance(call, ast.Attribute) for call in calls)
 
 
+LEFT_OUT = ("pydrake",)
+"""Packages that the test tools leave out for their size."""
+
+
 def public_definitions(source: Path) -> set[str]:
     kinds = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)
     body = ast.parse(source.read_text()).body
@@ -105,7 +109,12 @@ def public_definitions(source: Path) -> set[str]:
 
 @pytest.mark.parametrize(("package", "source"), MODULES, ids=MODULE_IDS)
 def test_all_names_what_is_public(package, source):
-    module = importlib.import_module(name_of(package, source))
+    try:
+        module = importlib.import_module(name_of(package, source))
+    except ModuleNotFoundError as error:
+        if error.name not in LEFT_OUT:
+            raise
+        pytest.skip(f"needs {error.name}")
     declared = getattr(module, "__all__", [])
     assert public_definitions(source) <= set(declared)
     assert len(declared) == len(set(declared))

@@ -71,6 +71,7 @@ async def test_objects_are_given_up_with_their_cause(api):
 
 async def test_a_data_set_goes_on_after_a_restart(start, tmp_path):
     async with start(tmp_path) as api:
+        api.hold()
         asked = await begun(api, await cubes(api, 2), WAITS)
         await begin_rounds(api, asked["id"], 1)
     async with start(tmp_path) as api:
@@ -82,6 +83,7 @@ async def test_a_data_set_goes_on_after_a_restart(start, tmp_path):
 
 
 async def test_cancelling_ends_its_jobs_and_deleting_removes_them(api):
+    api.hold()
     asked = await begun(api, await cubes(api, 2), WAITS)
     await begin_rounds(api, asked["id"], 2)
     cancelled = (await api.http.post(f"{PATH}/{asked['id']}/cancel")).json()
