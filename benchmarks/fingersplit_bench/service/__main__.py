@@ -82,7 +82,6 @@ def main() -> None:
 def _measure_alone(sections: list[str], arguments: argparse.Namespace, figures: dict[str, Any]) -> None:
     """Figures of sections that one service is enough for."""
     with TemporaryDirectory() as folder, Server(Path(folder)) as server:
-        server.wait_until_complete()  # the spare worker's start takes a core
         for section in sections:
             if section not in figures:
                 figures[section] = measure(section, server, arguments)
@@ -97,6 +96,7 @@ def measure(section: str, server: Server, arguments: argparse.Namespace) -> dict
     with Client(server.url) as client:
         mesh = client.objects.upload(arguments.mesh).id
         can = client.objects.upload(_can(), file_type="off", name="can").id
+    server.wait_until_idle()  # the spare worker's start and the objects' convex pieces take a core for seconds
     if section == "latency":
         verified = measure_latency(server, mesh, arguments.repeats, verified=1)  # first: it has the pieces made
         return measure_latency(server, mesh, arguments.repeats) | {

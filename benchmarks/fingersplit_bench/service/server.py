@@ -17,6 +17,9 @@ from fingersplit_client import Client
 
 __all__ = ["Server"]
 
+_IDLE_FOR, _IDLE_SHARE = 1.0, 0.1
+"""Time over which its processes together must take less than this share of a core to count as idle [s]."""
+
 
 class Server:
     """Starts `fingersplit serve` on a data directory; used in a ``with`` statement.
@@ -79,10 +82,22 @@ class Server:
         warm, spare = (float(told[f'fingersplit_workers{{state="{state}"}}']) for state in ("warm", "spare"))
         return (warm, spare) == (self._workers, self._spares)
 
-    def wait_until_complete(self) -> None:
-        """Wait until all workers are warm, the spare ones too."""
+    def wait_until_idle(self) -> None:
+        """Wait until all workers are warm, the spare ones too, and done with work in advance."""
         while not self.complete():
             time.sleep(0.05)
+        before, now = -1.0, self._cpu_s()
+        while now - before > _IDLE_SHARE * _IDLE_FOR:
+            time.sleep(_IDLE_FOR)
+            before, now = now, self._cpu_s()
+
+    def _cpu_s(self) -> float:
+        """CPU time of its processes so far [s]."""
+        total = 0.0
+        for pid in self.processes():
+            fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+            total += (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+        return total
 
     def processes(self) -> list[int]:
         """Process ids of it and its children."""
