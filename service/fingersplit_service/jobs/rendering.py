@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from fingersplit_client.schemas import JobCreate
@@ -15,6 +16,8 @@ from fingersplit_service.jobs.stored_objects import convex_pieces, prepared_obje
 from fingersplit_service.storage import Storage
 
 if TYPE_CHECKING:
+    from fingersplit.hands.hand import Hand
+    from fingersplit.objects.model import ObjectModel
     from fingersplit.recording.replay import ReplayedGrasp
 
 __all__ = [
@@ -25,6 +28,7 @@ __all__ = [
     "convert_result",
     "render_in_advance",
     "render_view",
+    "render_views",
 ]
 
 ViewName = Literal[
@@ -93,38 +97,52 @@ def render_view(storage: Storage, task: RenderTask) -> None:
         ResultError: The result is of another version, or the grasp could not be reproduced.
         FileNotFoundError: The job was deleted meanwhile.
     """
-    from fingersplit.recording.pictures import draw_animation, draw_picture, draw_thumbnail, surrounding_layers
+    render_views(storage, task, (task.name,))
+
+
+def render_views(storage: Storage, task: RenderTask, names: Sequence[ViewName]) -> None:
+    """Make several views of one grasp, which is reproduced once for all of them; else as `render_view`."""
     from fingersplit.recording.replay import replay
     from fingersplit.result import PlanResult
 
+    if not names:
+        return
     object_id, result = task.request.object_id, PlanResult.from_dict(json.loads(task.result))
     model = prepared_object(storage, object_id, task.object_name)
     hand = result.active_grip(stored_hand(storage, result.hand))
-    pieces = (lambda: convex_pieces(storage, object_id)) if task.name in _SIMULATED else None
+    simulated = any(name in _SIMULATED for name in names)
+    pieces = (lambda: convex_pieces(storage, object_id)) if simulated else None
     replayed = replay(result, task.rank, model, hand, pieces, partial(load_obstacle, storage))
-    with storage.atomic(storage.view(task.job_id, task.rank, task.name), durable=False, make_folder=False) as staged:
-        match task.name:
-            case "picture.png":
-                draw_picture(staged, replayed, model, hand)
-            case "thumbnail.webp":
-                around = surrounding_layers(replayed, model)
-                draw_thumbnail(staged, replayed.grasp.for_hand(hand), model, hand, around)
-            case "animation.webp":
-                draw_animation(staged, replayed, model, hand)
-            case "curve.json":
-                staged.write_text(_curve(replayed))
-            case "scene.json.gz":
-                from fingersplit.recording.web_scene import grasp_scene
+    for name in names:
+        with storage.atomic(storage.view(task.job_id, task.rank, name), durable=False, make_folder=False) as staged:
+            _render(name, staged, replayed, model, hand)
 
-                staged.write_bytes(_compressed(grasp_scene(replayed, model, hand)))
-            case "motion.json.gz":
-                from fingersplit.recording.web_scene import motion_scene
 
-                staged.write_bytes(_compressed(motion_scene(replayed.frames)))
-            case "recording.rrd":
-                from fingersplit.recording.run_recording import write_recording  # loads rerun: only who records
+def _render(name: ViewName, staged: Path, replayed: "ReplayedGrasp", model: "ObjectModel", hand: "Hand") -> None:
+    from fingersplit.recording.pictures import draw_animation, draw_picture, draw_thumbnail, surrounding_layers
 
-                write_recording(staged, replayed, model, hand)
+    match name:
+        case "picture.png":
+            draw_picture(staged, replayed, model, hand)
+        case "thumbnail.webp":
+            around = surrounding_layers(replayed, model)
+            draw_thumbnail(staged, replayed.grasp.for_hand(hand), model, hand, around)
+        case "animation.webp":
+            draw_animation(staged, replayed, model, hand)
+        case "curve.json":
+            staged.write_text(_curve(replayed))
+        case "scene.json.gz":
+            from fingersplit.recording.web_scene import grasp_scene
+
+            staged.write_bytes(_compressed(grasp_scene(replayed, model, hand)))
+        case "motion.json.gz":
+            from fingersplit.recording.web_scene import motion_scene
+
+            staged.write_bytes(_compressed(motion_scene(replayed.frames)))
+        case "recording.rrd":
+            from fingersplit.recording.run_recording import write_recording  # loads rerun: only who records
+
+            write_recording(staged, replayed, model, hand)
 
 
 def render_in_advance(render: Callable[[Storage, RenderTask], None], storage: Storage, task: RenderTask) -> None:

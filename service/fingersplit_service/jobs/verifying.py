@@ -8,14 +8,15 @@ from fingersplit_client.schemas import JobCreate
 from fingersplit_service.jobs.constraints import load_obstacle
 from fingersplit_service.jobs.hand_work import stored_hand
 from fingersplit_service.jobs.outcome import strict_json
-from fingersplit_service.jobs.rendering import RenderTask, ViewName, best_rank, render_view
+from fingersplit_service.jobs.rendering import RenderTask, ViewName, best_rank, render_views
 from fingersplit_service.jobs.stored_objects import convex_pieces, prepared_object
 from fingersplit_service.storage import Storage
 
 __all__ = ["VerifiedResult", "VerifyTask", "verify_first"]
 
 
-_VIEWS: tuple[ViewName, ...] = ("recording.rrd", "scene.json.gz", "motion.json.gz", "thumbnail.webp")
+_VIEWS: tuple[ViewName, ...] = ("recording.rrd", "scene.json.gz", "motion.json.gz")
+"""Made with a verification; the first one anew, since it shows the simulation."""
 
 
 @dataclass(frozen=True)
@@ -73,8 +74,8 @@ def verify_first(storage: Storage, task: VerifyTask) -> VerifiedResult:
     text, grasps = strict_json(document), document["grasps"]
     rank = best_rank(grasps)
     if request.recording and rank is not None:
-        for name in _VIEWS:
-            if name == "recording.rrd" or not storage.exists(storage.view(task.job_id, rank, name)):
-                render_view(storage, RenderTask(name, task.job_id, rank, task.object_name, request, text))
+        there = {name for name in _VIEWS[1:] if storage.exists(storage.view(task.job_id, rank, name))}
+        view = RenderTask(_VIEWS[0], task.job_id, rank, task.object_name, request, text)
+        render_views(storage, view, [name for name in _VIEWS if name not in there])
     held = sum(bool(grasp["verification"] and grasp["verification"]["passed"]) for grasp in grasps)
     return VerifiedResult(text, held)

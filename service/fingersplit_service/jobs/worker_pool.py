@@ -268,11 +268,11 @@ class WorkerPool:
         if not self._free:
             return None
         spare = len(self._free) > self._workers - self._active
-        if spare and self._idle_work:
-            return self._idle_work.pop()
         quiet = self._active == 0 and asyncio.get_running_loop().time() - self._last_use >= _QUIET
         room = len(self._idle_tasks) < max(1, len(self._slots) - 1)
-        return self._work_behind.popleft() if self._work_behind and (spare or (quiet and room)) else None
+        if self._work_behind and (spare or (quiet and room)):
+            return self._work_behind.popleft()
+        return self._idle_work.pop() if spare and self._idle_work else None
 
     def _look_again_when_quiet(self) -> None:
         if self._work_behind:
