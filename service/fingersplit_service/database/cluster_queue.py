@@ -5,7 +5,7 @@ to another's job goes through `rescue`.
 """
 
 import time
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 from uuid import uuid4
@@ -22,7 +22,7 @@ __all__ = ["Beat", "ClusterQueue", "Rescue"]
 _MAX_ABANDONED = 5  # a job under which machines fall silent is not run for ever
 _HEAD_EVERY = 16  # claims, of which one takes the oldest job whether its object is warm or not
 _WINDOW = 200  # jobs of an owner among which one with a warm object may be taken before older ones
-_CANDIDATES = 16  # of them that are looked at: others may be claiming some at this moment
+_CANDIDATES = 32  # jobs that are tried: others may be claiming some of them at this moment
 _RESCUE_LOCK = 0x66696E69  # of PostgreSQL, held by the one agent that rescues
 _RESCUE_WAITS = "1s"  # for rows that a machine holds which was stopped within a transaction; then it is tried again
 _UNKNOWN_FOR = 3.0  # how long a job may be this agent's in the table before the agent knows of it [s]
@@ -34,49 +34,59 @@ _TOLD = sa.values(sa.column("job", sa.String), sa.column("stage", sa.String), sa
 _OWNERS = sa.text(
     """
     WITH RECURSIVE waiting(owner) AS (
-        (SELECT owner FROM jobs WHERE state = 'queued' ORDER BY owner LIMIT 1)
+        -- In the order of their index, which no other one gives.
+        (SELECT owner FROM jobs WHERE state = 'queued' ORDER BY owner, priority, number LIMIT 1)
         UNION ALL
         SELECT (SELECT jobs.owner FROM jobs WHERE state = 'queued' AND jobs.owner > waiting.owner
-                ORDER BY jobs.owner LIMIT 1)
+                ORDER BY jobs.owner, jobs.priority, jobs.number LIMIT 1)
         FROM waiting WHERE waiting.owner IS NOT NULL
     )
     SELECT owner,
            -- What the database's machine forgets of a claim when it loses power is noticed by the agent's next beat.
            set_config('synchronous_commit', 'off', true),
            -- A plan that was made for any owner and few rows may later read every job that an owner ever had.
-           set_config('plan_cache_mode', 'force_custom_plan', true),
-           (SELECT count(*) FROM jobs WHERE jobs.state = 'running' AND jobs.owner = waiting.owner) AS running,
-           (SELECT max(started_at) FROM jobs WHERE jobs.owner = waiting.owner) AS served
-    FROM waiting WHERE owner IS NOT NULL ORDER BY running, served NULLS FIRST, owner
+           set_config('plan_cache_mode', 'force_custom_plan', true)
+    FROM waiting WHERE owner IS NOT NULL
     """
 )
-_TOP = "(SELECT max(priority) FROM jobs WHERE state = 'queued' AND owner = :owner)"
+_FAIREST_FIRST = sa.text(
+    """
+    SELECT owner FROM unnest(CAST(:owners AS text[])) AS waiting(owner)
+    ORDER BY (SELECT count(*) FROM jobs WHERE jobs.state = 'running' AND jobs.owner = waiting.owner),
+             (SELECT max(started_at) FROM jobs WHERE jobs.owner = waiting.owner) NULLS FIRST, owner
+    """
+)
 _COLUMNS = ", ".join(f"jobs.{column.name}" for column in (*LISTED_COLUMNS, jobs.c.request))
 
 
-def _claim_statement(where: str) -> sa.TextClause:
-    """Take the first job of an owner's highest priority; as text, since every job passes it."""
+def _claim_statement(candidates: str) -> sa.TextClause:
+    """Take the first of some jobs that nobody else is taking; as text, since every job passes it."""
     return sa.text(
         f"""
         UPDATE jobs SET state = 'running', attempts = attempts + 1, started_at = :now, runner = :agent,
                         stage = NULL, progress = NULL
         WHERE state = 'queued' AND number = (
-            SELECT number FROM jobs WHERE state = 'queued' AND owner = :owner AND priority = {_TOP} {where}
+            SELECT number FROM jobs WHERE state = 'queued' AND number = ANY(ARRAY({candidates}))
             ORDER BY number LIMIT 1 FOR UPDATE SKIP LOCKED)
         RETURNING {_COLUMNS}
         """
     )
 
 
-_CLAIM_FIRST = _claim_statement("")
+def _first(columns: str, limit: str) -> str:
+    """The oldest jobs of an owner's highest priority, from the index alone."""
+    return f"""
+        SELECT {columns} FROM jobs WHERE state = 'queued' AND owner = :owner
+        AND priority = (SELECT max(priority) FROM jobs WHERE state = 'queued' AND owner = :owner)
+        ORDER BY number LIMIT {limit}
+    """
+
+
+_CLAIM_FIRST = _claim_statement(_first("number", f"{_CANDIDATES}"))
 _CLAIM_NEAR = _claim_statement(
     f"""
-    AND number = ANY(ARRAY(
-        SELECT number FROM (
-            SELECT number, object_id FROM jobs WHERE state = 'queued' AND owner = :owner AND priority = {_TOP}
-            ORDER BY number LIMIT :window
-        ) AS first WHERE object_id = ANY(:warm) LIMIT {_CANDIDATES}
-    ))
+    SELECT number FROM ({_first("number, object_id", ":window")}) AS first
+    WHERE object_id = ANY(:warm) LIMIT {_CANDIDATES}
     """
 )
 
@@ -151,7 +161,10 @@ class ClusterQueue(JobQueue):
         """
         self._claims += 1
         prefer = warm if self._claims % _HEAD_EVERY else ()
-        for owner, *_ in connection.execute(_OWNERS).all():
+        owners: Sequence[str] = connection.execute(_OWNERS).scalars().all()
+        if len(owners) > 1:
+            owners = connection.execute(_FAIREST_FIRST, {"owners": list(owners)}).scalars().all()
+        for owner in owners:
             row = self._claim_of(connection, owner, prefer)
             if row is not None:
                 self.more = True

@@ -102,7 +102,7 @@ jobs = sa.Table(
     *(
         sa.Index(name, *columns, sqlite_where=sa.text(of), postgresql_where=sa.text(of))
         for name, of, columns in (
-            ("ix_jobs_queued", "state = 'queued'", ("owner", "priority", "number")),
+            ("ix_jobs_queued", "state = 'queued'", ("owner", "priority", "number", "object_id")),
             ("ix_jobs_running", "state = 'running'", ("owner", "runner")),
         )
     ),

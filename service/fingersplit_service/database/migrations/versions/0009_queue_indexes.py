@@ -15,7 +15,7 @@ def upgrade() -> None:
         op.drop_index(index, "jobs")
     queued, running = (sa.text(f"state = '{state}'") for state in ("queued", "running"))
     for name, where, columns in (
-        ("ix_jobs_queued", queued, ["owner", "priority", "number"]),
+        ("ix_jobs_queued", queued, ["owner", "priority", "number", "object_id"]),
         ("ix_jobs_running", running, ["owner", "runner"]),
     ):
         op.create_index(name, "jobs", columns, sqlite_where=where, postgresql_where=where)
