@@ -88,7 +88,7 @@ def build(dockerfile: Path, base: CleanRoot, folder: Path) -> CleanRoot:
 
     Raises:
         subprocess.CalledProcessError: A step failed.
-        NotImplementedError: An instruction is not known here.
+        ValueError: An instruction is not one that this knows to follow.
     """
     stages: dict[str, CleanRoot] = {}
     root = base
@@ -109,7 +109,7 @@ def build(dockerfile: Path, base: CleanRoot, folder: Path) -> CleanRoot:
         elif instruction in ("CMD", "HEALTHCHECK"):
             root.command[instruction] = _command(value)
         elif instruction not in ("VOLUME", "EXPOSE"):
-            raise NotImplementedError(instruction)
+            raise ValueError(f"{instruction} is not known here.")
     return root
 
 

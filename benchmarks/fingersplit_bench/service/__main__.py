@@ -64,7 +64,7 @@ def main() -> None:
     for name, measured in alone.items():
         if name in sections:
             figures[name] = measured()
-            print(f"{name}: " + ", ".join(f"{key} {value:.4g}" for key, value in figures[name].items()), flush=True)
+            _print(name, figures[name])
             sections.remove(name)
     if "start" in sections:  # before anything else runs
         with TemporaryDirectory() as folder, Server(Path(folder), spares=0) as fresh:
@@ -85,10 +85,11 @@ def _measure_alone(sections: list[str], arguments: argparse.Namespace, figures: 
         for section in sections:
             if section not in figures:
                 figures[section] = measure(section, server, arguments)
-            print(
-                f"{section}: " + ", ".join(f"{name} {value:.4g}" for name, value in figures[section].items()),
-                flush=True,
-            )
+            _print(section, figures[section])
+
+
+def _print(section: str, figures: dict[str, float]) -> None:
+    print(f"{section}: " + ", ".join(f"{name} {value:.4g}" for name, value in figures.items()), flush=True)
 
 
 def measure(section: str, server: Server, arguments: argparse.Namespace) -> dict[str, float]:

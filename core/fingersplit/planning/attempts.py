@@ -87,7 +87,6 @@ def search(asked: Asked, grips: Sequence[Hand]) -> Found:
     for attempt in range(1, ATTEMPTS if asked.given is None else 1):
         if not _worth_more(found, attempt):
             break
-        asked.watch.lap("ranking")
         count = asked.starts * MORE_STARTS**attempt
         more = _attempt(asked, found.hand, found.scene, count, [asked.seed, attempt])
         found = replace(
@@ -105,7 +104,17 @@ def search(asked: Asked, grips: Sequence[Hand]) -> Found:
 
 
 def _attempt(asked: Asked, hand: Hand, scene: PreparedScene, count: int, seeds: int | list[int]) -> Found:
-    """Parallel grasps, the most promising starts from them, and their splitting."""
+    """Runs from new starts, and how their grasps hold the object."""
+    parallel_grasps, runs = _run(asked, hand, scene, count, seeds)
+    holdings = holdings_of(runs, asked.model, asked.friction, asked.threads)
+    asked.watch.lap("ranking")
+    return Found(hand, scene, count, parallel_grasps, runs, holdings)
+
+
+def _run(
+    asked: Asked, hand: Hand, scene: PreparedScene, count: int, seeds: int | list[int]
+) -> tuple[int, tuple[Run, ...]]:
+    """Parallel grasps, the most promising starts from them, and their splitting: how many there were, and the runs."""
     model, threads, report, watch = asked.model, asked.threads, asked.report, asked.watch
     report("parallel_grasps", 0.0)
     given: Sequence[ParallelGrasp]
@@ -123,7 +132,7 @@ def _attempt(asked: Asked, hand: Hand, scene: PreparedScene, count: int, seeds: 
     runs = split_starts(problem, model.patches, hand, chosen, threads=threads, report=report, scene=scene)
     check_finally(runs, scene, model)
     watch.lap("splitting")
-    return Found(hand, scene, count, len(given), runs, holdings_of(runs, model, asked.friction, threads))
+    return len(given), runs
 
 
 def _worth_more(found: Found, attempt: int) -> bool:
@@ -140,7 +149,7 @@ def relaxed_constraints(asked: Asked, found: Found) -> tuple[Relaxation, ...]:
 
     def relaxed(wanted: Constraints) -> Sequence[Run]:
         other = replace(asked, constraints=wanted, report=silent, watch=Watch())
-        return _attempt(other, found.hand, other.scene_of(found.hand), asked.starts, asked.seed).runs
+        return _run(other, found.hand, other.scene_of(found.hand), asked.starts, asked.seed)[1]
 
     relaxations = find_relaxations(found.scene, found.runs, relaxed)
     asked.watch.lap("splitting")
