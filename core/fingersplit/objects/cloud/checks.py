@@ -15,7 +15,7 @@ WALL = 0.2
 FACING_AWAY = 0.7
 """Share of normals that face away from the viewpoint, beyond which all of them are the wrong way round."""
 
-MOST = 0.5
+MIN_SHARE = 0.5
 """Share of the points that a plane must have to be most of a scene."""
 ON_ONE_SIDE = 0.95
 """Share of the others that must lie on one side of it, as what stands on a table does."""
@@ -87,7 +87,7 @@ def scene_plane(points: NDArray[np.float64]) -> float:
     heights = shown @ normal - height
     on_plane = np.abs(heights) < near
     share, others = float(on_plane.mean()), heights[~on_plane]
-    if share < MOST or len(others) < 20:
+    if share < MIN_SHARE or len(others) < 20:
         return 0.0
     if max(np.mean(others > 0), np.mean(others < 0)) < ON_ONE_SIDE:
         return 0.0

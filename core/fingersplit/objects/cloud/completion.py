@@ -25,13 +25,13 @@ DIRECTIONS, OFFSETS, TRIED = 24, 25, 250
 """Mirror planes looked at, and points that judge them."""
 REFINEMENTS, FINER = 3, 3.0
 """How often planes about the best one are looked at, and how much closer each time."""
-MOST_CONTRADICTION = 0.015
+MAX_CONTRADICTION = 0.015
 """[m]; a point that lies deeper in free space contradicts no more."""
 VOLUME_WEIGHT = 0.0007
 """[m]; of the share of the hidden space that a plane leaves to the object, beside the mean depth in free space."""
 BORDER = 0.005
 """[m]; depth in hidden space from which a point counts fully as left to the object."""
-LEAST_SLOPE = 0.05
+MIN_SLOPE = 0.05
 """Of a ray towards the support, below which it is taken not to meet it."""
 THICKNESS = 0.008
 """[m]; of what was seen, where its counterpart is free."""
@@ -155,7 +155,7 @@ def _mirror_plane(oriented: OrientedPoints, space: _Space) -> tuple[NDArray[np.f
         normals = directions(angles)
         free = space.free(_mirrored(shown, normals, places)).reshape(len(angles), -1)
         left = -space.free(_mirrored(hidden, normals, places)).reshape(len(angles), -1)
-        costs = np.clip(free, 0.0, MOST_CONTRADICTION).mean(axis=1)
+        costs = np.clip(free, 0.0, MAX_CONTRADICTION).mean(axis=1)
         costs += VOLUME_WEIGHT * np.clip(left / BORDER, 0.0, 1.0) @ shares
         best = int(np.argmin(costs))
         return float(angles[best]), float(places[best])
@@ -180,7 +180,7 @@ def _hidden_points(
     rays = shown - space.viewpoint
     rays /= np.linalg.norm(rays, axis=1, keepdims=True)
     slopes, heights = -(rays @ space.up), np.maximum(shown @ space.up - space.offset, 0.0)
-    lengths = np.where(slopes > LEAST_SLOPE, heights / np.maximum(slopes, LEAST_SLOPE), farthest)
+    lengths = np.where(slopes > MIN_SLOPE, heights / np.maximum(slopes, MIN_SLOPE), farthest)
     lengths = np.clip(lengths, 1e-6, farthest)
     return shown + (lengths * rng.uniform(size=len(shown)))[:, None] * rays, lengths
 

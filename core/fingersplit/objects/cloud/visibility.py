@@ -15,7 +15,7 @@ AXES = 30
 """Looked along, from both ends of each."""
 PIXEL = 2.0
 """[spacings]; with narrower ones, chance leaves holes in a surface of evenly spread points."""
-LEAST_COSINE = 0.4
+MIN_COSINE = 0.4
 """Between a normal and an axis; flatter views say little of what lies before what."""
 BEFORE = 0.3, 3.0
 """Height above a point's plane from which another one hides it, in spacings and in standard deviations of the noise."""
@@ -57,7 +57,7 @@ def look_from_all_sides(
     before = BEFORE[0] * spacing + BEFORE[1] * noise
     for axis in _axes():
         cosines = normals @ axis
-        weights = np.where(np.abs(cosines) > LEAST_COSINE, np.abs(cosines), 0.0)
+        weights = np.where(np.abs(cosines) > MIN_COSINE, np.abs(cosines), 0.0)
         for outermost, towards in zip(_outermost(points, axis, PIXEL * spacing), (1.0, -1.0), strict=True):
             heights = np.einsum("ij,ij->i", points[outermost] - points, normals)
             faces = cosines * towards > 0
