@@ -11,7 +11,9 @@ import time
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
+from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 
 import anyio
 import httpx2
@@ -27,6 +29,7 @@ from test_waiting import events_of
 from fingersplit_service.database.cluster_queue import ClusterQueue
 from fingersplit_service.database.connection import Database, StorageUnavailable, database_url
 from fingersplit_service.database.rows import NewJob
+from fingersplit_service.jobs.agent import Agent
 from fingersplit_service.jobs.outcome import JobResultRow
 
 FOUND = JobResultRow(result="[1]", grasps=1, feasible=1, verified=0, holding_margin=0.5)
@@ -382,6 +385,55 @@ def test_a_long_transaction_outlives_those_that_stand_still(postgresql, tmp_path
                 wait_until(lambda: control.exec_driver_sql(found).scalar() == 0)
             standing.invalidate()
             assert patient.exec_driver_sql("SELECT 1").scalar() == 1
+    finally:
+        database.close()
+
+
+@pytest.mark.anyio
+async def test_a_claim_says_whether_more_jobs_wait(postgresql, tmp_path):
+    database = Database(database_url(postgresql(), tmp_path))
+    try:
+        await ObjectStore(database).add("me", OBJECT)
+        new = [NewJob(f"job{number}", "cube", "barrett", 0, None, "{}", "") for number in range(2)]
+        await JobStore(database).add("me", new, longest_queue=10)
+        queue = ClusterQueue(database, "this", 1)
+        await queue.begin()
+        said = []
+        for _ in range(3):
+            await queue.claim()
+            said.append(queue.more)
+        assert said == [True, False, False]
+    finally:
+        database.close()
+
+
+@pytest.mark.anyio
+async def test_one_agent_looks_for_a_single_job_before_the_others(postgresql, tmp_path):
+    database = Database(database_url(postgresql(), tmp_path))
+    try:
+        woken = []
+        agents = []
+        for name in ("first", "second", "third"):
+            queue = ClusterQueue(database, name, 1)
+            await queue.begin()
+            dispatcher = SimpleNamespace(running={}, interrupt=None, wake=partial(woken.append, name))
+            idle = SimpleNamespace(wake=lambda: None)
+            warm = SimpleNamespace(knows_any=lambda objects: True)
+            agents.append(Agent(queue, dispatcher, idle, SimpleNamespace(), warm, 3.0))
+        for agent in agents:
+            await agent._beat(0.0)
+        assert sum(agent.leads for agent in agents) == 1
+        looked_at_once = []
+        for turn in range(3):
+            woken.clear()
+            for agent in agents:
+                agent._queued(["cube"], turn)
+            looked_at_once += woken
+        assert sorted(looked_at_once) == ["first", "second", "third"]  # each in one turn, alone
+        woken.clear()
+        for agent in agents:
+            agent._queued(["cube"], None)  # many jobs
+        assert woken == ["first", "second", "third"]
     finally:
         database.close()
 

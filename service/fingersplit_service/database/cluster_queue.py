@@ -56,6 +56,7 @@ _FAIREST_FIRST = sa.text(
              (SELECT max(started_at) FROM jobs WHERE jobs.owner = waiting.owner) NULLS FIRST, owner
     """
 )
+_ONE_OR_TWO = "SELECT 1 FROM jobs WHERE state = 'queued' ORDER BY owner, priority, number LIMIT 2"
 _COLUMNS = ", ".join(f"jobs.{column.name}" for column in (*LISTED_COLUMNS, jobs.c.request))
 
 
@@ -68,7 +69,7 @@ def _claim_statement(candidates: str) -> sa.TextClause:
         WHERE state = 'queued' AND number = (
             SELECT number FROM jobs WHERE state = 'queued' AND number = ANY(ARRAY({candidates}))
             ORDER BY number LIMIT 1 FOR UPDATE SKIP LOCKED)
-        RETURNING {_COLUMNS}
+        RETURNING {_COLUMNS}, (SELECT count(*) FROM ({_ONE_OR_TWO}) AS those) AS were_queued
         """
     )
 
@@ -98,12 +99,12 @@ class Beat:
     Attributes:
         known: Whether it still counts as alive; if not, others have taken its jobs.
         lost: Ids of jobs that it runs and that are not its own any more: cancelled, deleted or taken over.
-        leads: Whether it is the one that does what is done once for all.
+        alive: Ids of all agents in an order that they agree on; the first does what is done once for all.
     """
 
     known: bool
     lost: Collection[str] = ()
-    leads: bool = False
+    alive: Sequence[str] = ()
 
 
 @dataclass(frozen=True)
@@ -167,8 +168,9 @@ class ClusterQueue(JobQueue):
         for owner in owners:
             row = self._claim_of(connection, owner, prefer)
             if row is not None:
-                self.more = True
-                return job_row(row)
+                values = dict(row)
+                self.more = values.pop("were_queued") > 1  # the one that was taken is among them
+                return job_row(values)
         self.more = False
         return None
 
@@ -191,8 +193,8 @@ class ClusterQueue(JobQueue):
             connection: The transaction.
             running: By job: the attempt, what it does and how much is done.
         """
-        alive = sa.update(agents).where(agents.c.id == self.agent).values(beat_at=_NOW).returning(agents.c.id)
-        if connection.execute(alive).scalar() is None:
+        sign = sa.update(agents).where(agents.c.id == self.agent).values(beat_at=_NOW).returning(agents.c.id)
+        if connection.execute(sign).scalar() is None:
             return Beat(known=False)
         mine = RUNNING & (jobs.c.runner == self.agent)
         rows = connection.execute(sa.select(jobs.c.id, jobs.c.attempts, jobs.c.started_at).where(mine)).all()
@@ -213,8 +215,8 @@ class ClusterQueue(JobQueue):
             values = {"stage": rows_told.c.stage, "progress": rows_told.c.share}
             connection.execute(sa.update(jobs).where(mine, jobs.c.id == rows_told.c.job).values(values))
         lost = [one for one, (attempt, *_) in running.items() if table.get(one, (0, 0.0))[0] != attempt]
-        first = connection.execute(sa.select(sa.func.min(agents.c.id))).scalar()
-        return Beat(known=True, lost=lost, leads=first == self.agent)
+        alive = connection.execute(sa.select(agents.c.id).order_by(agents.c.id)).scalars().all()
+        return Beat(known=True, lost=lost, alive=alive)
 
     @transaction
     def rescue(self, connection: sa.Connection, silence_s: float) -> Rescue:

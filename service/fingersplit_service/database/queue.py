@@ -12,7 +12,7 @@ from typing import Any, Literal
 import sqlalchemy as sa
 
 from fingersplit_client.schemas import JobError
-from fingersplit_service.database.connection import Database, Store, transaction
+from fingersplit_service.database.connection import Database, Store, statement, transaction
 from fingersplit_service.database.rows import LISTED_COLUMNS, JobRow, job_row
 from fingersplit_service.database.tables import QUEUED, RUNNING, jobs, results
 from fingersplit_service.jobs.outcome import JobResultRow
@@ -36,6 +36,10 @@ _CLAIM = (
     .returning(*LISTED_COLUMNS, jobs.c.request)
 )
 _THIS_ATTEMPT = (jobs.c.id == sa.bindparam("job_id")) & (jobs.c.attempts == sa.bindparam("attempt")) & RUNNING
+_CHANGES = (
+    *("grasps", "feasible", "verified", "holding_margin", "warnings"),
+    *("verification", "result_bytes", "finished_at"),
+)
 _KEEP = sa.insert(results)
 QUEUED_AGAIN: dict[str, Any] = {"state": "queued"}
 """What a job that waits again has in its row."""
@@ -56,8 +60,11 @@ class JobQueue(Store):
         self.more = False
         self._served: dict[str, int] = {}
         self._claims = 0
-        succeed = sa.update(jobs).where(self._fence()).values(state="succeeded")  # and what else is given
-        self._succeed = succeed.returning(*LISTED_COLUMNS, jobs.c.request)
+        changes = {name: sa.bindparam(f"new_{name}", type_=jobs.c[name].type) for name in _CHANGES}
+        succeed = sa.update(jobs).where(self._fence()).values(state="succeeded", **changes)
+        ended = succeed.returning(*LISTED_COLUMNS, jobs.c.request)
+        self._succeed: sa.Executable = _with_document(ended) if database.is_postgresql else ended
+        self._keeps_document = not database.is_postgresql
 
     async def begin(self) -> None:
         """Take over what a process that ended left running; call it before anything is claimed."""
@@ -93,7 +100,7 @@ class JobQueue(Store):
         owner = min(best, key=lambda one: (running.get(one, 0), self._served.get(one, 0), best[one][1]))
         return best[owner][1]
 
-    @transaction
+    @statement
     def succeed(
         self, connection: sa.Connection, job: JobRow, result: JobResultRow, *, verify: bool = False
     ) -> JobRow | None:
@@ -111,10 +118,12 @@ class JobQueue(Store):
             "result_bytes": len(result.result),
             "finished_at": time.time(),
         }
-        row = connection.execute(self._succeed, self._token(job) | changes).mappings().one_or_none()
+        given = {f"new_{name}": value for name, value in changes.items()} | {"document": result.result}
+        row = connection.execute(self._succeed, self._token(job) | given).mappings().one_or_none()
         if row is None:
             return None
-        connection.execute(_KEEP, {"job_id": job.id, "document": result.result})
+        if self._keeps_document:
+            connection.execute(_KEEP, {"job_id": job.id, "document": result.result})
         return job_row(row)
 
     @transaction
@@ -170,6 +179,15 @@ class JobQueue(Store):
         """Change a job while it runs this attempt; whether it did."""
         which = self._fence() if when is None else self._fence() & when
         return connection.execute(sa.update(jobs).where(which).values(changes), self._token(job)).rowcount == 1
+
+
+def _with_document(ended: Any) -> sa.Select[Any]:
+    """An update that returns a job as one statement that keeps its result, too; SQLite has no such statements."""
+    job = ended.cte("job")
+    kept = sa.insert(results).from_select(
+        ["job_id", "document"], sa.select(job.c.id, sa.bindparam("document", type_=results.c.document.type))
+    )
+    return sa.select(job).add_cte(kept.cte("kept"))
 
 
 def failure(code: str, detail: str) -> dict[str, Any]:

@@ -6,14 +6,22 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 
 import sqlalchemy as sa
+from sqlalchemy.dialects import postgresql, sqlite
 
-from fingersplit_service.database.connection import Store, reading, transaction, upsert
+from fingersplit_service.database.connection import Store, reading, transaction
 from fingersplit_service.database.tables import QUEUED, jobs, objects, usage
 from fingersplit_service.settings import ServiceSettings
 
 __all__ = ["LimitReached", "Limits", "UsageStore", "Used", "count_jobs", "refuse_excess"]
 
 _MINUTE, _DAY = 60, 86_400
+# Built once, as every job that is accepted runs through one of them.
+_ADD = {
+    dialect.dialect.name: (insert := dialect.insert(usage)).on_conflict_do_update(
+        index_elements=["owner", "kind", "start"], set_={"amount": usage.c.amount + insert.excluded.amount}
+    )
+    for dialect in (sqlite, postgresql)
+}
 _KEPT = 30 * _DAY  # how long what was used stands in the table [s]
 
 
@@ -152,7 +160,7 @@ def count_jobs(connection: sa.Connection, owner: str, count: int) -> None:
 
 def _count(connection: sa.Connection, owner: str, kind: str, start: int, amount: float) -> None:
     row = {"owner": owner, "kind": kind, "start": start, "amount": amount}
-    upsert(connection, usage, row, ["owner", "kind", "start"], {"amount": usage.c.amount + amount})
+    connection.execute(_ADD[connection.dialect.name], row)
 
 
 def _amount(connection: sa.Connection, owner: str, kind: str, start: int) -> float:

@@ -2,7 +2,7 @@
 
 import asyncio
 import logging
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from contextlib import suppress
 from typing import NoReturn
 
@@ -18,6 +18,7 @@ __all__ = ["Agent"]
 _log = logging.getLogger(__name__)
 _BEAT = 0.4  # between signs of life, which are looks for work, too [s]
 _FOR_OTHERS = 0.01  # how long a job is left to a machine that may hold its object ready [s]
+_FOR_TURN = 0.004  # how long it is left to the machine whose turn it is: two that look at once disturb each other [s]
 
 
 class Agent:
@@ -47,6 +48,7 @@ class Agent:
         silence_s: float,
     ) -> None:
         self.leads = False
+        self._alive: Sequence[str] = ()
         self._queue, self._dispatcher, self._follow_ups = queue, dispatcher, follow_ups
         self._notifier, self._pool, self._silence_s = notifier, pool, silence_s
         self._beating: asyncio.Task[NoReturn] | None = None
@@ -68,12 +70,15 @@ class Agent:
         except StorageUnavailable:
             _log.warning("The database does not answer; this agent will be missed in %g s.", self._silence_s)
 
-    def _queued(self, objects: Collection[str]) -> None:
-        """Look for work; a moment later where only other machines may hold the object ready."""
-        if self._pool.knows_any(objects):
-            self._dispatcher.wake()
+    def _queued(self, objects: Collection[str], turn: int | None) -> None:
+        """Look for work; a moment later where another machine may hold the object ready, or where it is its turn."""
+        wait = 0.0 if self._pool.knows_any(objects) else _FOR_OTHERS
+        if turn is not None and self._alive and self._alive[turn % len(self._alive)] != self._queue.agent:
+            wait += _FOR_TURN
+        if wait:
+            asyncio.get_running_loop().call_later(wait, self._dispatcher.wake)
         else:
-            asyncio.get_running_loop().call_later(_FOR_OTHERS, self._dispatcher.wake)
+            self._dispatcher.wake()
 
     async def _beat_again_and_again(self) -> NoReturn:
         loop = asyncio.get_running_loop()
@@ -90,7 +95,8 @@ class Agent:
         if self._heard_since is None:
             self._heard_since = now
         beat = await self._queue.beat(self._dispatcher.running)
-        self.leads = beat.leads
+        self._alive = beat.alive
+        self.leads = self._alive[:1] == [self._queue.agent]
         if not beat.known:
             _log.warning("This agent was silent for too long; others have taken its jobs.")
             for job_id in self._dispatcher.running:

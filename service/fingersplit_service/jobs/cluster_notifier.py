@@ -50,14 +50,15 @@ class ClusterNotifier(Notifier):
             everything that becomes of jobs.
 
     Attributes:
-        on_queued: Called with the ids of the objects when jobs were queued somewhere.
+        on_queued: Called with the ids of the objects when jobs were queued somewhere; for a single job also with a
+            number by which the machines that hear of it take turns, else with None.
         on_cancelled: Called with the id of a job that was cancelled somewhere.
     """
 
     def __init__(self, jobs: JobStore, url: sa.URL, max_waiting: int = 200, *, runs_jobs: bool) -> None:
         super().__init__(max_waiting)
         self._channel = _WORK if runs_jobs else _NEWS
-        self.on_queued: Callable[[Collection[str]], object] = _ignore
+        self.on_queued: Callable[[Collection[str], int | None], object] = _ignore
         self.on_cancelled: Callable[[str], object] = _ignore
         self._jobs = jobs
         self._address = url.set(drivername="postgresql").render_as_string(hide_password=False)
@@ -105,9 +106,12 @@ class ClusterNotifier(Notifier):
             self._post(_WORK, job_id, message)
 
     def tell_queued(self, objects: Collection[str]) -> None:
-        """Say that jobs for these objects were queued."""
+        """Say that jobs were queued, one for each of these objects; with none, that there may be some."""
         self._sent += 1
-        self._post(_WORK, f"queued {self._sent}", {"from": self._origin, "queued": list(objects)[:_MAX_OBJECTS]})
+        message: dict[str, Any] = {"from": self._origin, "queued": list(dict.fromkeys(objects))[:_MAX_OBJECTS]}
+        if len(objects) == 1:
+            message["turn"] = self._sent
+        self._post(_WORK, f"queued {self._sent}", message)
 
     def deliver(self, job_id: str, change: Change) -> Change:
         """Pass a change on to the subscribers here."""
@@ -156,7 +160,7 @@ class ClusterNotifier(Notifier):
 
     def _receive(self, message: dict[str, Any]) -> None:
         if "queued" in message:
-            self.on_queued(message["queued"])
+            self.on_queued(message["queued"], message.get("turn"))
             return
         if message["from"] == self._origin:
             return

@@ -12,7 +12,7 @@ class JobRunner(Protocol):
     """Runs the jobs of the table."""
 
     def wake(self, objects: Collection[str] = ()) -> None:
-        """Say that jobs for these objects were queued."""
+        """Say that jobs were queued, one for each of these objects."""
 
     def interrupt(self, job_id: str) -> None:
         """Free the core of a job that was cancelled."""
@@ -32,7 +32,7 @@ class OtherMachines:
         self._notifier = notifier
 
     def wake(self, objects: Collection[str] = ()) -> None:
-        """Say that jobs for these objects were queued."""
+        """Say that jobs were queued, one for each of these objects."""
         self._notifier.tell_queued(objects)
 
     def interrupt(self, job_id: str) -> None:

@@ -261,7 +261,7 @@ class JobService:
             place, object_id = error.args
             field = "/object_id" if batch_id is None else f"/jobs/{place}/object_id"
             raise InvalidField(field, f"There is no object {object_id!r}; upload it to /v1/objects first.") from error
-        self._runner.wake({job.object_id for job in new})
+        self._runner.wake([job.object_id for job in new])
         return accepted
 
     def _announce_cancelled(self, job_ids: Sequence[str]) -> None:
