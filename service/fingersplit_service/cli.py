@@ -2,8 +2,9 @@
 
 import asyncio
 import sys
+import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -27,6 +28,7 @@ __all__ = [
 ]
 
 _BAD_INPUT = 2
+_DATABASE_RETRY = 0.5  # between attempts to open a database that does not answer yet [s]
 
 DataDirectory = Annotated[Path | None, typer.Option(help="Where all data are kept.")]
 
@@ -102,7 +104,7 @@ def _refuse_start(settings: "ServiceSettings") -> None:
     from fingersplit_service.storage import DataDirectoryInUse, Storage
 
     try:
-        with _key_store(settings) as store:
+        with _key_store_in_time(settings) as store:
             asyncio.run(refuse_exposure(settings, store))
         with Storage(settings.data_dir.absolute()).lock():
             pass
@@ -226,6 +228,28 @@ def _settings(**options: Any) -> "ServiceSettings":
             where = " ".join(f"{part}:" for part in one["loc"])
             typer.echo(f"{where} {one['msg'].removeprefix('Value error, ')}".lstrip(), err=True)
         raise typer.Exit(_BAD_INPUT) from None
+
+
+@contextmanager
+def _key_store_in_time(settings: "ServiceSettings") -> Iterator["KeyStore"]:
+    """Like `_key_store`, once the database answers, which may be starting as well."""
+    from fingersplit_service.database.connection import StorageUnavailable
+
+    end = time.monotonic() + (settings.database_wait_s if settings.database_url else 0.0)
+    with ExitStack() as stack:
+        told = False
+        while True:
+            try:
+                store = stack.enter_context(_key_store(settings))
+                break
+            except StorageUnavailable as error:
+                if time.monotonic() >= end:
+                    raise
+                if not told:
+                    typer.echo(f"{error}\nIt is tried again for {settings.database_wait_s:g} s.", err=True)
+                told = True
+                time.sleep(_DATABASE_RETRY)
+        yield store
 
 
 @contextmanager

@@ -5,7 +5,7 @@ import os
 from pathlib import Path
 from typing import Literal
 
-from pydantic import Field, PositiveFloat, PositiveInt, model_validator
+from pydantic import Field, NonNegativeFloat, PositiveFloat, PositiveInt, model_validator
 from pydantic_settings import BaseSettings, PydanticBaseSettingsSource, SettingsConfigDict, TomlConfigSettingsSource
 
 __all__ = ["ServiceSettings", "is_address", "is_loopback", "settings_table"]
@@ -57,6 +57,9 @@ class ServiceSettings(BaseSettings):
     storage_url: str | None = Field(
         default=None,
         description="Object store that machines share: s3://, gs://, az:// or file://; by default all is in data_dir.",
+    )
+    database_wait_s: NonNegativeFloat = Field(
+        default=30.0, description="How long a start waits for a PostgreSQL that does not answer yet [s]."
     )
     agent_silence_s: PositiveFloat = Field(
         default=3.0, description="After this time without a sign of life another machine takes its jobs [s]."

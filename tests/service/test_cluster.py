@@ -10,6 +10,7 @@ import threading
 import time
 from collections import Counter
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager, suppress
 from functools import partial
 from pathlib import Path
@@ -18,6 +19,8 @@ from types import SimpleNamespace
 import anyio
 import httpx2
 import pytest
+import sqlalchemy as sa
+import typer
 from conftest import PATIENCE, cube_file, started_cluster
 from fake_workers import FINE, HANGS, HANGS_ONCE, WAITS
 from sqlalchemy.exc import DatabaseError
@@ -26,11 +29,13 @@ from test_faults import SERVER, children, wait_until
 from test_store import OBJECT, JobStore, ObjectStore
 from test_waiting import events_of
 
+from fingersplit_service.cli import _refuse_start
 from fingersplit_service.database.cluster_queue import ClusterQueue
 from fingersplit_service.database.connection import Database, StorageUnavailable, database_url
 from fingersplit_service.database.rows import NewJob
 from fingersplit_service.jobs.agent import Agent
 from fingersplit_service.jobs.outcome import JobResultRow
+from fingersplit_service.settings import ServiceSettings
 
 FOUND = JobResultRow(result="[1]", grasps=1, feasible=1, verified=0, holding_margin=0.5)
 
@@ -471,6 +476,28 @@ async def test_warm_objects_are_preferred_and_nothing_is_starved(postgresql, tmp
         assert claimed[15] == "cold"
     finally:
         database.close()
+
+
+def test_a_start_waits_for_a_database_that_is_starting(postgresql, tmp_path, capsys):
+    there = sa.make_url(postgresql())
+    url = there.set(database="later").render_as_string(hide_password=False)
+    settings = ServiceSettings(
+        database_url=url, storage_url=f"file://{tmp_path}/shared", data_dir=tmp_path / "own", database_wait_s=0
+    )
+    with pytest.raises(typer.Exit):
+        _refuse_start(settings)
+    assert "The database cannot be opened" in capsys.readouterr().err
+    with ThreadPoolExecutor() as threads:
+        start = threads.submit(_refuse_start, settings.model_copy(update={"database_wait_s": PATIENCE}))
+        said = ""
+        while "tried again" not in (said := said + capsys.readouterr().err):
+            assert not start.done()
+            time.sleep(0.01)
+        engine = sa.create_engine(there.set(drivername="postgresql+psycopg"), isolation_level="AUTOCOMMIT")
+        with engine.connect() as connection:
+            connection.exec_driver_sql("CREATE DATABASE later")
+        engine.dispose()
+        assert start.result(PATIENCE) is None
 
 
 def test_a_worker_needs_what_it_shares(service_environment, tmp_path):
