@@ -11,7 +11,7 @@ from fingersplit.verification.protocol import Protocol
 from fingersplit.verification.protocols import load_protocol
 from fingersplit_bench.suite import table
 
-__all__ = ["TOP", "WORLDS", "Check", "World", "contrast_table", "measure_contrast", "time_step_sentence"]
+__all__ = ["TOP", "Check", "World", "contrast_table", "measure_contrast", "time_step_sentence", "worlds"]
 
 TOP = 3
 """Grasps of each object that are compared, with what each began as."""
@@ -37,20 +37,22 @@ class World:
         return f"{self.protocol}, finger {self.friction.index(0.0) + 1} without friction"
 
 
-WORLDS = (
-    *(World(protocol, friction) for protocol in ("lift", "gravity_six") for friction in (0.6, 0.45, 0.3, 0.05)),
-    *(World(protocol) for protocol in ("six_direction", "six_direction_hard", "shake")),
-    *(World("gravity_six", tuple(0.0 if one == finger else 0.6 for one in range(3))) for finger in range(3)),
-)
+def worlds(fingers: int) -> tuple[World, ...]:
+    """Every world that grasps of so many fingers are compared in; in the last ones, one finger has no friction."""
+    return (
+        *(World(protocol, friction) for protocol in ("lift", "gravity_six") for friction in (0.6, 0.45, 0.3, 0.05)),
+        *(World(protocol) for protocol in ("six_direction", "six_direction_hard", "shake")),
+        *(World("gravity_six", (0.6,) * k + (0.0,) + (0.6,) * (fingers - k - 1)) for k in range(fingers)),
+    )
 
 
-def measure_contrast(runs: Sequence[Run], check: Check) -> dict[str, Any]:
+def measure_contrast(runs: Sequence[Run], fingers: int, check: Check) -> dict[str, Any]:
     """Verdicts on an object's best runs: of the split and of the initial grasp in every world, and at half the step."""
     best = runs[:TOP]
-    worlds = []
-    for world in WORLDS:
+    rows = []
+    for world in worlds(fingers):
         protocol = load_protocol(world.protocol)
-        worlds.append(
+        rows.append(
             {
                 "world": world.label,
                 "split": [check(run.final, protocol, world.friction) for run in best],
@@ -59,25 +61,25 @@ def measure_contrast(runs: Sequence[Run], check: Check) -> dict[str, Any]:
         )
     halved = {}
     for name in HALVED:
-        whole = next(row for row in worlds if row["world"] == World(name).label)["split"]
+        whole = next(row for row in rows if row["world"] == World(name).label)["split"]
         protocol = load_protocol(name)
         fine = protocol.with_values({"time_step": protocol.time_step / 2})
         halved[name] = [[held, check(run.final, fine, 0.6)] for held, run in zip(whole, best, strict=True)]
-    return {"worlds": worlds, "halved": halved}
+    return {"worlds": rows, "halved": halved}
 
 
 def contrast_table(rows: Sequence[dict[str, Any]]) -> str:
     """Markdown: how many split and initial grasps hold in each world, over all objects."""
     lines = []
-    for number, world in enumerate(WORLDS):
+    for number, world in enumerate(rows[0]["worlds"]):
         split = [row["worlds"][number]["split"] for row in rows]
         initial = [row["worlds"][number]["initial"] for row in rows]
-        lines.append([world.label, _count(one[:1] for one in split), _count(split), _count(initial)])
+        lines.append([world["world"], _count(one[:1] for one in split), _count(split), _count(initial)])
     headings = ["protocol, friction", "rank 1 holds", f"ranks 1 to {TOP}", "what these began as"]
     return table(headings, lines) + (
         "\n\nThe grip is planned for a friction of 0.6 in every row; where the world has less, nobody told the hand. "
         "It is computed anew for the contacts of each initial grasp. At 0.05 everything has to fall, but for what lies "
-        "on the fingers when it is lifted; with a frictionless finger, what the other two cannot hold between them."
+        "on the fingers when it is lifted; with a frictionless finger, what the others cannot hold between them."
     )
 
 

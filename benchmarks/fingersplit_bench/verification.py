@@ -104,7 +104,7 @@ def measure_verification(
             for preset in available_protocols()
             if preset not in NEED_SCENES
         },
-        **measure_contrast(runs, lambda *what: check(*what).passed),
+        **measure_contrast(runs, len(hand.fingers), lambda *what: check(*what).passed),
     }
 
 

@@ -1,11 +1,9 @@
 """Faults of a request's fields, in words that name the field and what would be right."""
 
-import difflib
-import json
 from collections.abc import Mapping, MutableMapping
 from typing import Any
 
-from pydantic import BaseModel
+from fingersplit.field_faults import fault_in_words, fields_at, unknown_field
 
 __all__ = ["describe_fault", "pointer"]
 
@@ -32,90 +30,12 @@ def describe_fault(fault: Mapping[str, Any], scope: MutableMapping[str, Any]) ->
     if kind in ("model_attributes_type", "dict_type") and location == ("body",):
         return "The body must be a JSON object."
     if kind == "extra_forbidden":
-        known = _known_fields(scope, location)
-        near = difflib.get_close_matches(str(location[-1]), known, 1)
-        hint = f" Did you mean {near[0]!r}?" if near else f" Known: {', '.join(known)}." if known else ""
-        return f"There is no such field.{hint}"
-    return _in_words(kind, fault)
-
-
-_KINDS = {
-    "missing": "This field is needed.",
-    "bool_parsing": "It must be true or false.",
-    "bool_type": "It must be true or false.",
-    "string_type": "It must be a text.",
-    "string_too_short": "It must have at least {min_length} characters.",
-    "string_too_long": "It must have at most {max_length} characters.",
-    "string_pattern_mismatch": "The text has characters or a form that are not allowed here; it must match {pattern}.",
-    "int_type": "It must be a whole number.",
-    "int_parsing": "It must be a whole number.",
-    "int_parsing_size": "It must be a whole number of fewer digits.",
-    "int_from_float": "It must be a whole number, without a fraction.",
-    "float_type": "It must be a number.",
-    "float_parsing": "It must be a number.",
-    "finite_number": "It must be a finite number.",
-    "greater_than": "It must be greater than {gt}.",
-    "greater_than_equal": "It must be {ge} or more.",
-    "less_than": "It must be less than {lt}.",
-    "less_than_equal": "It must be {le} or less.",
-    "multiple_of": "It must be a multiple of {multiple_of}.",
-    "enum": "It must be {expected}.",
-    "literal_error": "It must be {expected}.",
-    "list_type": "It must be a list.",
-    "tuple_type": "It must be a list.",
-    "too_short": "It must have at least {min_length} entries, and has {actual_length}.",
-    "too_long": "It must have at most {max_length} entries, and has more.",
-    "dict_type": "It must be a JSON object.",
-    "model_type": "It must be a JSON object.",
-    "model_attributes_type": "It must be a JSON object.",
-    "none_required": "It must be null.",
-    "union_tag_not_found": "It needs the field {discriminator}, which says what it is.",
-    "union_tag_invalid": "{discriminator} is {tag!r}; it must be {expected_tags}.",
-    "date_from_datetime_parsing": "It must be a date, such as 2026-01-31.",
-    "datetime_parsing": "It must be a date and time, such as 2026-01-31T12:00:00Z.",
-    "datetime_from_date_parsing": "It must be a date and time, such as 2026-01-31T12:00:00Z.",
-    "uuid_parsing": "It must be an id: 32 hexadecimal digits.",
-    "json_type": "It must be JSON text.",
-}
-"""What would be right, by kind of fault; names in braces are what the fault itself says."""
-_SHOWN = 60
-"""Characters of a wrong value that are quoted."""
-
-
-def _in_words(kind: str, fault: Mapping[str, Any]) -> str:
-    """A fault of a known kind, with the value that was given where that is short; others as their validator says."""
-    message = _KINDS.get(kind)
-    if message is None:
-        return str(fault["msg"]).removeprefix("Value error, ").removeprefix("Assertion failed, ")
-    try:
-        right = message.format_map(fault.get("ctx", {}))
-    except KeyError:  # the fault came without what the sentence quotes
-        right = message.partition(" {")[0] + "."
-    given = fault.get("input")
-    if kind == "missing" or given is None or isinstance(given, (dict, list, tuple, bytes)):
-        return right
-    value = json.dumps(given, default=str)
-    return f"{right} It is {value}." if len(value) <= _SHOWN else right
+        return unknown_field(str(location[-1]), _known_fields(scope, location))
+    return fault_in_words(fault, "a JSON object")
 
 
 def _known_fields(scope: MutableMapping[str, Any], location: tuple[str | int, ...]) -> list[str]:
     """The fields that stand where an unknown one was given."""
     body = getattr(scope.get("route"), "body_field", None)
-    model: Any = scope.get("body_model") or getattr(getattr(body, "field_info", None), "annotation", None)
-    for part in location[1:-1]:
-        if isinstance(part, int):
-            continue
-        known = model.model_fields if _is_model(model) else {}
-        model = _model_in(known[part].annotation) if part in known else None
-    return list(model.model_fields) if _is_model(model) else []
-
-
-def _is_model(annotation: Any) -> bool:
-    return isinstance(annotation, type) and issubclass(annotation, BaseModel)
-
-
-def _model_in(annotation: Any) -> Any:
-    """The model in an annotation such as ``list[Model]`` or ``Model | None``; None without one."""
-    if _is_model(annotation):
-        return annotation
-    return next(filter(None, map(_model_in, getattr(annotation, "__args__", ()))), None)
+    model = scope.get("body_model") or getattr(getattr(body, "field_info", None), "annotation", None)
+    return fields_at(model, location[1:-1])

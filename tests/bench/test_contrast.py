@@ -2,7 +2,9 @@
 
 from types import SimpleNamespace
 
-from fingersplit_bench.contrast import TOP, WORLDS, contrast_table, measure_contrast, time_step_sentence
+import pytest
+
+from fingersplit_bench.contrast import TOP, contrast_table, measure_contrast, time_step_sentence, worlds
 
 
 def verdict(grasp, protocol, friction):
@@ -12,14 +14,16 @@ def verdict(grasp, protocol, friction):
     return grasp.startswith("split") and friction == 0.6
 
 
-def test_counts_are_those_of_the_verdicts():
+@pytest.mark.parametrize("fingers", [3, 5])
+def test_counts_are_those_of_the_verdicts(fingers):
     runs = [SimpleNamespace(final=f"split{rank}", initial=f"initial{rank}") for rank in range(TOP + 2)]
-    rows = [measure_contrast(runs, verdict), measure_contrast(runs[:1], verdict)]
+    rows = [measure_contrast(runs, fingers, verdict), measure_contrast(runs[:1], fingers, verdict)]
     lines = contrast_table(rows).splitlines()
     assert f"| lift, 0.6 | 2/2 | {TOP + 1}/{TOP + 1} | 0/{TOP + 1} |" in lines
     assert f"| lift, 0.05 | 0/2 | 0/{TOP + 1} | 0/{TOP + 1} |" in lines
-    assert f"| gravity_six, finger 3 without friction | 0/2 | 0/{TOP + 1} | 0/{TOP + 1} |" in lines
-    assert sum(line.startswith(tuple(f"| {world.label} |" for world in WORLDS)) for line in lines) == len(WORLDS)
+    assert f"| gravity_six, finger {fingers} without friction | 0/2 | 0/{TOP + 1} | 0/{TOP + 1} |" in lines
+    labels = tuple(f"| {world.label} |" for world in worlds(fingers))
+    assert sum(line.startswith(labels) for line in lines) == len(labels) == 11 + fingers
     sentence = time_step_sentence(rows)
     assert f"`lift`: 1 of {TOP + 1} verdicts change (25.0%), of the {TOP + 1} that held 1;" in sentence
     assert f"`gravity_six`: 0 of {TOP + 1}" in sentence

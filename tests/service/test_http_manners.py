@@ -284,7 +284,7 @@ async def test_a_batch_is_cancelled_in_one_call(api):
         ({"starts": 2.5}, "/starts", "It must be a whole number, without a fraction. It is 2.5."),
         ({"starts": 0}, "/starts", "It must be 1 or more. It is 0."),
         ({"planner": 3}, "/planner", "It must be a JSON object. It is 3."),
-        ({"parallel_grasps": []}, "/parallel_grasps", "It must have at least 1 entries, and has 0."),
+        ({"parallel_grasps": []}, "/parallel_grasps", "It must not be empty."),
         ({"strats": 3}, "/strats", "There is no such field. Did you mean 'starts'?"),
     ],
 )

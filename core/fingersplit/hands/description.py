@@ -7,6 +7,7 @@ from typing import Annotated, Any, Self
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, FiniteFloat, ValidationError, model_validator
 
 from fingersplit.errors import HandError
+from fingersplit.field_faults import fault_in_words, fields_at, unknown_field
 
 __all__ = [
     "CouplingDescription",
@@ -173,7 +174,7 @@ def read_description(text: str, origin: str) -> HandDescription:
     except RecursionError as error:
         raise HandError(f"{origin} is nested too deeply.") from error
     except ValidationError as error:
-        raise HandError(f"{origin}: {'; '.join(map(_fault, error.errors()))}.") from error
+        raise HandError(f"{origin}: {' '.join(map(_fault, error.errors()))}") from error
 
 
 def description_schema() -> dict[str, Any]:
@@ -181,6 +182,10 @@ def description_schema() -> dict[str, Any]:
     return HandDescription.model_json_schema()
 
 
-def _fault(error: Any) -> str:
-    place = ".".join(str(part) for part in error["loc"]) or "the description"
-    return f"{place}: {error['msg'].removeprefix('Value error, ')}"
+def _fault(fault: Any) -> str:
+    """A fault with its place, as ``grips.0.opening: ...``; of a list with its number, counted from 0."""
+    *above, last = fault["loc"] or ["the description"]
+    place = ".".join(map(str, [*above, last]))
+    if fault["type"] == "extra_forbidden":
+        return f"{place}: {unknown_field(str(last), fields_at(HandDescription, above))}"
+    return f"{place}: {fault_in_words(fault, 'a table').rstrip('.')}."

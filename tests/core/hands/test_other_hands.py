@@ -1,5 +1,6 @@
 """Hands are data: a model with other finger and joint counts is read, moved and planned for by the same code."""
 
+import re
 from typing import Any
 
 import mujoco
@@ -181,7 +182,7 @@ def with_grip(**changes: Any) -> dict[str, Any]:
             description() | {"palm": "hand"},
             "no body 'hand' for the palm; its bodies: world, palm, thumb_mount",
         ),
-        (hand_mjcf(), description() | {"colour": "red"}, r"hand\.toml: colour: Extra inputs are not permitted"),
+        (hand_mjcf(), description() | {"colour": "red"}, r"hand\.toml: colour: There is no such field"),
         (hand_mjcf(), description() | {"fixed": {"thumb_9": 0.0}}, r"\[fixed\] names the joint 'thumb_9'"),
         (LONG, description((2, 3, 7, 2)), "'second' has 7 joints; fingers of up to 6"),
         (STRAY, description(), "Site 'thumb_pad' of 'thumb' does not hang below the palm"),
@@ -211,6 +212,23 @@ def with_grip(**changes: Any) -> dict[str, Any]:
 def test_what_no_kernel_computes_is_refused(own_hand, mjcf, described, said):
     with pytest.raises(HandError, match=f"^own.*{said}"):
         own_hand(mjcf, described)
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"title": 3}, "title: It must be a text. It is 3."),
+        ({"palm": ""}, "palm: It must not be empty."),
+        ({"torque_limits": {"thumb_0": "strong"}}, 'torque_limits.thumb_0: It must be a number. It is "strong".'),
+        ({"torque_limits": 3}, "torque_limits: It must be a table. It is 3."),
+        ({"couplings": {"thumb_0": {"driver": "x"}}}, "couplings.thumb_0.ratio: This field is needed."),
+        ({"shapes": {"budgets": 9}}, "shapes.budgets: There is no such field. Did you mean 'budget'?"),
+        ({"limits": {"thumb_0": [0.5]}}, "limits.thumb_0.1: The list is too short: it has no entry 1, counted from 0."),
+    ],
+)
+def test_faults_of_a_description_name_the_field_and_what_would_be_right(own_hand, changes, said):
+    with pytest.raises(HandError, match=rf"hand\.toml: {re.escape(said)}$"):
+        own_hand(hand_mjcf(), description() | changes)
 
 
 def test_more_fingers_than_the_kernels_have_room_for_are_refused(own_hand):
