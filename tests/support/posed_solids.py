@@ -3,9 +3,10 @@
 import mujoco
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.spatial import ConvexHull
+from scipy.spatial import ConvexHull, cKDTree
 
 from fingersplit.hands import Hand
+from fingersplit.transforms import pose_matrix
 
 ALWAYS = 50
 """Random postures; links that touch in all of them do so for good."""
@@ -53,15 +54,18 @@ class PosedSolids:
                 names = f"{self.model.geom(contact.geom1).name} in {self.model.geom(contact.geom2).name}"
         return deepest, names
 
-    def depth_of(self, points: NDArray[np.float64]) -> tuple[float, str]:
-        """How deep the deepest of points (n, 3) of the palm's frame lies in a link [m], and the name of the geom."""
+    def depth_in(self, surface: cKDTree, object_from_palm: NDArray[np.float64]) -> tuple[float, str]:
+        """How deep the deepest point of an object's surface lies in a link [m], and the name of the geom."""
         deepest, name = 0.0, ""
         for geom in range(self.model.ngeom):
-            away = points - self.data.geom_xpos[geom]
-            near = away[np.linalg.norm(away, axis=1) < self.model.geom_rbound[geom]]
-            if not len(near):
+            turn, place = self.data.geom_xmat[geom].reshape(3, 3), self.data.geom_xpos[geom]
+            object_from_geom = object_from_palm @ pose_matrix(turn, place)
+            near = surface.query_ball_point(object_from_geom[:3, 3], self.model.geom_rbound[geom], return_sorted=False)
+            local = (surface.data[near] - object_from_geom[:3, 3]) @ object_from_geom[:3, :3]
+            middle, half = np.split(self.model.geom_aabb[geom], 2)
+            local = local[(np.abs(local - middle) < half + 1e-9).all(axis=1)]
+            if not len(local):
                 continue
-            local = near @ self.data.geom_xmat[geom].reshape(3, 3)
             if geom in self._hulls:
                 heights = (local @ self._hulls[geom][:, :3].T + self._hulls[geom][:, 3]).max(axis=1)
             else:
