@@ -122,7 +122,7 @@ def create_app(settings: ServiceSettings | None = None, functions: WorkerFunctio
     for resource in _RESOURCES:
         exact = [] if resource is health else [Depends(exact_query), Depends(exact_json)]
         app.include_router(resource.router, dependencies=exact)
-    for router in (pages.root, pages.router, viewer.router, docs.router):
+    for router in (pages.root, pages.router, viewer.router, docs.router, pages.unknown):
         app.include_router(router)
     add_problem_handlers(app)
     # From the inside out: what is added last sees a request first.

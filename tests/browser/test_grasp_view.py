@@ -57,6 +57,26 @@ def test_collision_shapes_and_forces_are_shown_on_demand(visit, keep, cornered):
         keep(page, f"view-{name.split()[0].lower()}", full=False)
 
 
+FADED_AROUND = """
+async (canvas) => {
+  const seen = new Set();
+  for (let turn = 0; turn < 2 * Math.PI; turn += 0.48) {
+    for (let step = 0; step < 4; step++) canvas.dispatchEvent(new KeyboardEvent("keydown", { key: "ArrowRight" }));
+    await new Promise((drawn) => requestAnimationFrame(() => requestAnimationFrame(drawn)));
+    seen.add(canvas.dataset.faded);
+  }
+  return [...seen].sort();
+}
+"""
+"""How many obstacles are faded at one place or another of a turn around the grasp."""
+
+
+def test_a_wall_is_faded_only_while_it_hides_the_grasp(visit, cornered):
+    page = visit(f"/review/runs/{cornered}")
+    page.emulate_media(reduced_motion="reduce")
+    assert drawn(page).locator("canvas").evaluate(FADED_AROUND) == ["0", "1"]  # never the table, seen from above
+
+
 def test_a_grasp_has_an_address(visit, cornered):
     page = visit(f"/review/runs/{cornered}?grasp=3")
     drawn(page)
@@ -86,11 +106,11 @@ def test_the_page_says_what_stands_around_and_what_was_reckoned_with(visit, corn
     page = visit(f"/review/runs/{cornered}")
     rejected = page.request.get(f"/v1/jobs/{cornered}").json()["result"]["scene"]["rejected_by"]
     assert rejected
-    around = page.get_by_role("region", name="What stands around")
+    around = page.get_by_role("region", name="Scene")
     for name, count in rejected.items():
         expect(around.locator(".bar", has_text=name).locator("output")).to_have_text(str(count))
     chosen = page.get_by_role("region", name="The chosen grasp")
-    expect(chosen.get_by_text("Holds with probability")).to_be_visible()
+    expect(chosen.get_by_text("Probability of holding", exact=True)).to_be_visible()
     expect(chosen.get_by_text(re.compile(r"^[\d.]+ mm and [\d.]+°$"))).to_be_visible()
     expect(chosen.get_by_text("Nearest obstacle")).to_be_visible()
 

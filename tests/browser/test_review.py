@@ -7,7 +7,7 @@ from playwright.sync_api import expect
 
 from fingersplit.objects.parametric import PARAMETRIC_OBJECTS
 from fingersplit_client import Client, JobCreate
-from pages import MUG, PHONE
+from pages import LAPTOP, MUG, PHONE
 
 PICTURES_ARE_THERE = """
 () => {
@@ -140,6 +140,7 @@ def test_a_phone_shows_everything_without_scrolling_sideways(visit, keep, runs, 
         page = visit(path, size=PHONE, scheme=scheme)
         page.wait_for_load_state("networkidle")
         assert page.evaluate("document.documentElement.scrollWidth") <= PHONE["width"], name
+        assert "[object" not in page.locator("main").inner_text(), name
         if name == "compare":
             assert page.locator(".scroll").evaluate_all("all => all.every(one => one.scrollWidth <= one.clientWidth)")
         keep(page, f"{name}-phone-{scheme}")
@@ -185,8 +186,8 @@ def test_a_run_is_deleted_with_its_page(visit, service, runs):
     assert answer.status == 404
 
 
-def test_a_name_with_markup_is_text(visit, service, tmp_path):
-    name = "<img src=x onerror=alert(1)>"
+def test_a_name_with_markup_is_text_and_a_long_one_is_broken(visit, service, tmp_path):
+    name = f"<img src=x onerror=alert(1)>{'_and_more' * 12}"
     PARAMETRIC_OBJECTS["box"]().trimesh.export(tmp_path / "box.ply")
     with Client(service) as client:
         box = client.objects.upload(tmp_path / "box.ply", unit="m", name=name)
@@ -194,3 +195,34 @@ def test_a_name_with_markup_is_text(visit, service, tmp_path):
     page = visit("/review")
     expect(page.get_by_role("link", name=name).first).to_be_visible()
     assert page.locator("img[src='x']").count() == 0
+    for size in (LAPTOP, PHONE):
+        for path in ("/review", "/review/datasets"):
+            page = visit(path, size=size)
+            expect(page.get_by_text(name).first).to_be_visible()
+            assert page.evaluate("document.documentElement.scrollWidth") <= size["width"], path
+
+
+def test_what_is_not_there_is_said_on_a_page(visit):
+    page = visit("/review/nothing", tolerates="status of 404")
+    expect(page.get_by_role("heading", level=1)).to_have_text("Page not found")
+    page = visit(f"/review/runs/{'0' * 32}", tolerates="status of 404")
+    expect(page.get_by_role("alert")).to_have_text("There is no such run. It may have been deleted.")
+
+
+def test_planning_again_keeps_what_the_form_has_no_field_for(visit, runs):
+    page = visit("/review")
+
+    def asked_for_more(route):
+        answer = route.fetch()
+        job = answer.json()
+        job["request"].update(top_k=3, protocol="pick")
+        route.fulfill(response=answer, json=job)
+
+    page.route(f"**/v1/jobs/{runs[0]}", asked_for_more)
+    page.goto(f"/review/new?from={runs[0]}")
+    expect(page.get_by_label("Protocol")).to_have_value("pick")
+    page.get_by_label("Starts").fill("7")
+    page.route("**/v1/jobs", lambda route: route.abort())
+    with page.expect_request("**/v1/jobs") as sent:
+        page.get_by_role("button", name="Plan", exact=True).click()
+    assert {"starts": 7, "top_k": 3, "protocol": "pick"}.items() <= sent.value.post_data_json.items()

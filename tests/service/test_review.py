@@ -52,6 +52,17 @@ async def test_a_browser_that_has_a_file_is_not_sent_it_again(api):
     assert (await api.http.get("/review", headers={"If-None-Match": page.headers["etag"]})).status_code == 304
 
 
+async def test_an_address_that_is_none_is_a_page_for_people_and_a_problem_for_programs(api):
+    page = await api.http.get("/review/nothing", headers={"Accept": "text/html,*/*;q=0.8"})
+    assert (page.status_code, page.headers["content-type"]) == (404, "text/html; charset=utf-8")
+    again = await api.http.get(
+        "/review/nothing", headers={"Accept": "text/html", "If-None-Match": page.headers["etag"]}
+    )
+    assert again.status_code == 404
+    answer = await api.http.get("/review/nothing")
+    assert Problem.model_validate_json(answer.content).status == 404
+
+
 @pytest.mark.parametrize("name", ["nothing.js", "..%2Fpages.py", "list.html", "%2e%2e"])
 async def test_there_are_no_other_files(api, name):
     answer = await api.http.get(f"/review/site/{name}")

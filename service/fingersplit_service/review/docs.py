@@ -7,7 +7,8 @@ from fastapi.responses import HTMLResponse
 __all__ = ["router"]
 
 _STATIC = "/static-offline-docs"
-_FOLLOW = '<script src="/review/site/docs.js"></script>'
+_HEAD = '<script src="/review/site/docs.js"></script><link rel="stylesheet" href="/review/site/docs.css" />'
+_BACK = '<nav class="back" aria-label="Main"><a href="/review">Fingersplit, pages for people</a></nav>'
 router = APIRouter(include_in_schema=False)
 
 
@@ -22,4 +23,4 @@ async def docs_page(request: Request) -> HTMLResponse:
         swagger_favicon_url="/review/site/mark.svg",
     )
     text = bytes(page.body).decode().replace("<html>", '<html lang="en">', 1)
-    return HTMLResponse(text.replace("</head>", f"{_FOLLOW}</head>", 1))
+    return HTMLResponse(text.replace("</head>", f"{_HEAD}</head>", 1).replace("<body>", f"<body>{_BACK}", 1))

@@ -7,12 +7,12 @@ from string import Template
 from textwrap import indent
 from typing import Annotated
 
-from fastapi import APIRouter, Header, Response
+from fastapi import APIRouter, Header, Request, Response
 from fastapi.responses import RedirectResponse
 
 from fingersplit_service.problems import ProblemError, ProblemKind, problem_answers
 
-__all__ = ["root", "router"]
+__all__ = ["root", "router", "unknown"]
 
 _POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; connect-src 'self'; frame-src 'self'; "
@@ -35,10 +35,13 @@ _TITLES = {
     "hands": "Hands",
     "hand": "Hand",
     "login": "Sign in",
+    "missing": "Page not found",
 }
 _HERE = ' aria-current="page"'
 router = APIRouter(prefix="/review", include_in_schema=False)
 root = APIRouter(include_in_schema=False)
+unknown = APIRouter(prefix="/review", include_in_schema=False)
+"""Takes what no other route below /review takes, so it comes last."""
 
 
 @root.get("/")
@@ -159,6 +162,16 @@ async def site_file(name: str, known: Known = None) -> Response:
     if file is None:
         raise ProblemError(ProblemKind.NOT_FOUND, f"The pages have no file {name!r}.")
     return file.answer(known)
+
+
+@unknown.get("/{path:path}")
+async def missing_page(path: str, request: Request) -> Response:
+    """A page for people, a problem document for programs."""
+    if "text/html" not in request.headers.get("Accept", ""):
+        raise ProblemError(ProblemKind.NOT_FOUND, f"There is nothing at /review/{path}.")
+    answer = _page("missing", None)
+    answer.status_code = 404
+    return answer
 
 
 def _page(name: str, known: str | None) -> Response:

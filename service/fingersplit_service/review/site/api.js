@@ -34,6 +34,7 @@ export const hands = () => call("/v1/hands");
 // What the planner's registries hold; nothing while the workers are still starting, and the pages do without.
 const listed = (path) => call(path).catch(() => []);
 export const metrics = () => listed("/v1/metrics");
+export const protocols = () => listed("/v1/protocols");
 export const formats = () => listed("/v1/formats");
 export const job = (id) => call(`/v1/jobs/${id}`);
 export const createJob = (body) => post("/v1/jobs", body);

@@ -1,7 +1,7 @@
 // One batch: its jobs and how far they are together.
 
 import * as api from "./api.js";
-import { find, forgive, h, report, show } from "./dom.js";
+import { absent, find, forgive, h, report, show } from "./dom.js";
 import { duration, standing, took } from "./format.js";
 
 const AGAIN = 1500; // [ms]
@@ -39,7 +39,7 @@ async function load() {
     forgive();
     if (draw(batch, jobs)) setTimeout(load, AGAIN);
   } catch (error) {
-    report(error);
+    absent(error, "batch");
   }
 }
 

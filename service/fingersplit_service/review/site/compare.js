@@ -2,8 +2,9 @@
 
 import * as api from "./api.js";
 import { qualityChart } from "./chart.js";
-import { card, find, h, report, show } from "./dom.js";
+import { absent, card, find, h, show } from "./dom.js";
 import { ago, brief, duration, exact, heading, number, sentence, standing, took } from "./format.js";
+import { flat, shown } from "./request.js";
 
 const KEYS = ["first", "second"];
 const NAMES = ["Before", "After"];
@@ -11,7 +12,7 @@ const NAMES = ["Before", "After"];
 async function load() {
   const asked = new URLSearchParams(location.search);
   const ids = [asked.get("a"), asked.get("b")];
-  if (ids.some((id) => !id)) throw new Error("Choose two runs in the list of runs to compare them.");
+  if (ids.some((id) => !id)) throw new Error("Tick two runs in the list of runs, then choose Compare.");
   const [known, ...jobs] = await Promise.all([api.metrics(), ...ids.map(api.job)]);
   jobs.sort((a, b) => new Date(a.created_at) - new Date(b.created_at));
   const unfinished = jobs.find((job) => !job.result);
@@ -21,7 +22,7 @@ async function load() {
   const place = find("#comparison");
   place.append(
     h("div", { class: "pair" }, jobs.map(head)),
-    h("div", { class: "columns" }, card("Quality of the best grasps", { wide: true }, await curves(jobs, best)), card("Outcome", {}, metrics(jobs, best, known)), card("What was asked", {}, parameters(jobs))),
+    h("div", { class: "columns" }, card("Quality of the best grasps", { wide: true }, await curves(jobs, best)), card("Outcome", {}, metrics(jobs, best, known)), card("Request", {}, parameters(jobs))),
   );
   show(place);
 }
@@ -70,14 +71,14 @@ function metrics(jobs, best, known) {
   const value = (pick) => best.map((grasp) => (grasp ? pick(grasp) : null));
   const rows = [
     ...known.map((metric) => [heading(metric), value((grasp) => grasp.metrics[metric.name] ?? null), metric.higher_is_better ? 1 : -1, number]),
-    ["Largest pad tilt, rad", value((grasp) => Math.max(...grasp.contacts.map((contact) => contact.pad_angle))), -1, number],
+    ["Largest pad angle, rad", value((grasp) => Math.max(...grasp.contacts.map((contact) => contact.pad_angle))), -1, number],
     ["Q gained over the start", value((grasp) => grasp.metrics.quality - grasp.initial.quality), 1, number],
     ["Feasible starts", jobs.map((job) => job.result.summary.feasible), 1, String],
     ["Held in simulation", jobs.map((job) => (job.request.verified ? job.verified : null)), 1, String],
     ["CPO iterations", value((grasp) => grasp.iterations.cpo), 0, String],
     ["PPO iterations", value((grasp) => grasp.iterations.ppo), 0, String],
     ["Planning", jobs.map((job) => job.result.timings_ms.total), -1, duration],
-    ["In all", jobs.map(took), -1, duration],
+    ["Total time", jobs.map(took), -1, duration],
   ];
   return grid(["", ...NAMES, "Change"], rows.map(([label, pair, sense, text]) => deltaRow(label, pair, sense, text)));
 }
@@ -95,23 +96,27 @@ function deltaRow(label, [before, after], sense, text) {
 }
 
 function parameters(jobs) {
-  const flat = jobs.map((job) => {
+  const asked = jobs.map((job) => {
     const { planner, parallel_grasps: grasps, ...rest } = job.request;
-    return { object: job.object_name, ...rest, parallel_grasps: grasps ? `${grasps.length} given` : "found", ...planner };
+    return Object.fromEntries(flat({ object: job.object_name, ...rest, parallel_grasps: grasps ? `${grasps.length} given` : "found", ...planner }));
   });
-  const names = [...new Set(flat.flatMap(Object.keys))];
-  const text = (value) => (value === undefined ? "default" : value === null ? "–" : String(value));
+  const names = [...new Set(asked.flatMap(Object.keys))];
+  const text = (value) => (value === undefined ? "default" : shown(value));
   const rows = names.map((name) => {
-    const [before, after] = flat.map((one) => text(one[name]));
+    const [before, after] = asked.map((one) => text(one[name]));
     const changed = before !== after;
     return [changed, h("tr", { class: changed ? "changed" : null }, h("th", { scope: "row" }, sentence(name)), h("td", { class: "mono" }, before), h("td", { class: "mono" }, after), h("td", { class: "note-of-change" }, changed ? "changed" : ""))];
   });
-  rows.sort((a, b) => b[0] - a[0]);
-  return grid(["Parameter", ...NAMES, ""], rows.map(([, row]) => row));
+  const table = (changed) => grid(["Parameter", ...NAMES, ""], rows.filter((row) => row[0] === changed).map(([, row]) => row));
+  const equal = rows.filter(([changed]) => !changed).length;
+  return [
+    equal < rows.length ? table(true) : h("p", { class: "hint" }, "The same was asked for."),
+    h("details", {}, h("summary", {}, `${equal} parameters that are the same`), table(false)),
+  ];
 }
 
 function grid(heads, rows) {
   return h("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": heads[0] || "Outcome" }, h("table", { class: "pairs" }, h("thead", {}, h("tr", {}, heads.map((head, index) => h("th", { scope: "col", class: index && heads[0] === "" ? "number" : null }, head)))), h("tbody", {}, rows)));
 }
 
-load().catch(report);
+load().catch((error) => absent(error, "run"));

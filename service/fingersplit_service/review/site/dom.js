@@ -3,7 +3,7 @@
 export function h(tag, attributes = {}, ...children) {
   const element = document.createElement(tag);
   set(element, attributes);
-  element.append(...children.flat().filter((child) => child !== null && child !== undefined && child !== false));
+  element.append(...children.flat(Infinity).filter((child) => child !== null && child !== undefined && child !== false));
   return element;
 }
 
@@ -38,14 +38,19 @@ export function card(title, { actions = [], wide = false } = {}, ...body) {
   );
 }
 
-export function facts(pairs) {
-  return h("dl", { class: "facts" }, pairs.flatMap(([name, value]) => [h("dt", {}, name), h("dd", {}, value)]));
+export function facts(pairs, kind = "facts") {
+  return h("dl", { class: kind }, pairs.flatMap(([name, value]) => [h("dt", {}, name), h("dd", {}, value)]));
 }
 
 export function report(error) {
   const place = find("#problem");
   place.textContent = error.message;
   show(place);
+}
+
+// As `report`, of the thing that a page is about.
+export function absent(error, what) {
+  report(error.status === 404 ? new Error(`There is no such ${what}. It may have been deleted.`) : error);
 }
 
 export function forgive() {

@@ -52,6 +52,9 @@ export function ago(time) {
   return new Date(time).toLocaleDateString("en", { day: "numeric", month: "short", year: "numeric" });
 }
 
+// A component of a vector or a table, with so many decimals.
+export const fixed = (value, digits) => signed(value.toFixed(digits));
+
 export const exact = (time) => new Date(time).toLocaleString("en");
 
 // What a state looks like: succeeded without a feasible grasp is an answer, but not what was hoped for.

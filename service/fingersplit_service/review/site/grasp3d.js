@@ -3,6 +3,7 @@
 import { Hand3d } from "./hand3d.js";
 import { Stage } from "./stage.js";
 import { meshGeometry, place, points, pose, primitiveGeometry } from "./three.js";
+import { SOLID, Veils } from "./veils.js";
 
 const CONE = 0.018; // height of the drawn friction cones [m]
 const LONGEST = 0.06; // arrow of the largest force [m]
@@ -25,7 +26,9 @@ export class Grasp3d {
     const jaw = first.sub(second).normalize();
     const side = new THREE.Vector3().crossVectors(jaw, approach).addScaledVector(jaw, 0.35).addScaledVector(approach, -0.3);
     this.stage = new Stage(THREE, canvas, { radius: around.radius, target: around.center, up: new THREE.Vector3(...document.up), towards: side });
-    this.stage.scene.add(this.object, this.hand.group, surroundings(THREE, document, this.object), this.marks(), this.way());
+    const obstacles = surroundings(THREE, document, this.object);
+    this.stage.veils = new Veils(THREE, obstacles, around);
+    this.stage.scene.add(this.object, this.hand.group, obstacles, this.marks(), this.way());
     this.show(this.grasped);
   }
 
@@ -174,21 +177,21 @@ export class Grasp3d {
 // Support surfaces and obstacles, what has no end drawn as a sheet below the object.
 export function surroundings(THREE, document, object) {
   const group = new THREE.Group();
-  const material = new THREE.MeshPhongMaterial({ color: 0xb8a88a, transparent: true, opacity: 0.55, side: THREE.DoubleSide, depthWrite: false });
+  const material = () => new THREE.MeshPhongMaterial({ color: 0xb8a88a, transparent: true, opacity: SOLID, side: THREE.DoubleSide, depthWrite: false });
   const middle = new THREE.Box3().setFromObject(object).getCenter(new THREE.Vector3());
   for (const one of document.around) {
     const where = pose(THREE, one.pose);
     if ("plane" in one) {
       const [across, along] = one.plane ?? [0.7, 0.7];
-      const sheet = new THREE.Mesh(new THREE.PlaneGeometry(across, along), material);
+      const sheet = new THREE.Mesh(new THREE.PlaneGeometry(across, along), material());
       if (!one.plane) where.multiply(new THREE.Matrix4().setPosition(middle.clone().applyMatrix4(where.clone().invert()).setZ(0)));
       place(sheet, where);
       group.add(sheet);
       continue;
     }
     let shape;
-    if (one.kind) shape = new THREE.Mesh(primitiveGeometry(THREE, one.kind, one.size), material);
-    else if (one.faces) shape = new THREE.Mesh(meshGeometry(THREE, one), material);
+    if (one.kind) shape = new THREE.Mesh(primitiveGeometry(THREE, one.kind, one.size), material());
+    else if (one.faces) shape = new THREE.Mesh(meshGeometry(THREE, one), material());
     else if (one.points) {
       const geometry = new THREE.BufferGeometry().setAttribute("position", new THREE.BufferAttribute(points(one), 3));
       shape = new THREE.Points(geometry, new THREE.PointsMaterial({ color: 0x9a7f52, size: 0.004 }));

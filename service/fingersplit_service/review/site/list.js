@@ -36,6 +36,7 @@ async function load() {
 
 function draw(page) {
   body.replaceChildren(...page.items.map(row));
+  show(find(".pager"), page.items.length > 0 || cursors.length > 1);
   find("#newer").disabled = cursors.length === 1;
   find("#older").disabled = !page.next_cursor;
   find("#older").dataset.cursor = page.next_cursor ?? "";
@@ -64,7 +65,9 @@ function row(job) {
     "aria-label": `Compare the run of ${job.object_name} from ${exact(job.created_at)}`,
     on: { change: (event) => choose(job, event.target) },
   });
-  const verified = known && job.verified ? h("span", { class: "badge good" }, `${job.verified} held`) : "–";
+  const picked = known && job.feasible > 0;
+  const none = picked && job.verified === 0 && job.verification === "done";
+  const verified = picked && job.verified ? h("span", { class: "badge good" }, `${job.verified} held`) : none ? h("span", { class: "badge bad" }, "none held") : null;
   return h(
     "tr",
     { "data-job": job.id },
@@ -74,7 +77,7 @@ function row(job) {
     h("td", { class: "optional" }, job.hand),
     h("td", { class: "number", "data-label": "Holding margin" }, job.holding_margin === null ? "–" : `${number(job.holding_margin)} N`),
     h("td", { class: "number optional" }, job.feasible ?? "–"),
-    h("td", { class: "optional" }, verified),
+    h("td", { class: "optional verdict" }, verified),
     h("td", { class: "number optional" }, duration(took(job))),
     h("td", { class: "when", "data-label": "Queued" }, h("time", { datetime: job.created_at, title: exact(job.created_at) }, ago(job.created_at))),
     h("td", { class: "choose" }, box),

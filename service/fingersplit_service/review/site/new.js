@@ -21,7 +21,7 @@ const STAGES = [
 ];
 let object = null;
 let current = null;
-let settings = {};
+let before = {}; // of the run that is planned again, also what the form has no field for
 
 function stages() {
   return STAGES.filter(([name]) => (name !== "verifying" || Number(form.elements.verified.value) > 0) && (name !== "upload" || !earlier));
@@ -45,7 +45,7 @@ function check() {
   const sample = form.elements.sample.value;
   const file = sample ? sampleFile(sample) : form.elements.file.files[0];
   if (!object && !file) throw new Error("Choose a mesh file first.");
-  if (!object && !sample && !form.elements.unit.value) throw new Error("Say the unit of the file; a wrong guess is a wrong grasp.");
+  if (!object && !sample && !form.elements.unit.value) throw new Error("Say the unit of the file; it is never guessed.");
   for (const field of form.querySelectorAll("input[type=number]")) {
     if (!field.checkValidity()) {
       field.focus();
@@ -69,7 +69,7 @@ function json(name) {
   }
   field.closest("details").open = true;
   field.focus();
-  throw new Error(`${form.querySelector(`label[for=${field.id}]`).textContent}: this is no JSON object.`);
+  throw new Error(`${form.querySelector(`label[for=${field.id}]`).textContent}: this is not a JSON object.`);
 }
 
 function scene() {
@@ -89,6 +89,7 @@ function said() {
 function order(objectId) {
   const { hand, starts, seed, verified, protocol, friction, verify_initial: initial } = form.elements;
   return {
+    ...before,
     object_id: objectId,
     hand: hand.value,
     starts: Number(starts.value),
@@ -96,7 +97,7 @@ function order(objectId) {
     verified: Number(verified.value),
     protocol: protocol.value,
     verify_initial: initial.checked && Number(verified.value) > 0,
-    planner: { ...settings, ...json("planner"), friction: Number(friction.value) },
+    planner: { ...before.planner, ...json("planner"), friction: Number(friction.value) },
     scene: scene(),
   };
 }
@@ -162,15 +163,27 @@ function verdict(job) {
   return job.feasible > 0 ? h("span", { class: "badge good" }, "Grasp found") : h("span", { class: "badge warn" }, "No feasible grasp");
 }
 
+// Those that the form does not name, such as a pick from the table.
+function offerProtocols(protocols) {
+  const select = form.elements.protocol;
+  const known = new Set([...select.options].map((option) => option.value));
+  select.append(...protocols.filter(({ name }) => !known.has(name)).map(({ name }) => h("option", { value: name }, sentence(name))));
+  const about = () => (find("#about-protocol").textContent = protocols.find(({ name }) => name === select.value)?.meaning ?? "");
+  select.addEventListener("change", about);
+  if (before.protocol) select.value = before.protocol;
+  about();
+}
+
 async function startAgain() {
   const job = await api.job(earlier);
   object = job.object_id;
-  settings = job.request.planner;
+  before = job.request;
   show(find("#upload"), false);
   for (const id of ["#units", "#samples", "#about-object"]) show(find(id), false);
-  find("#again").textContent = `Plans ${job.object_name} again; change what you like and compare.`;
+  find("#again").textContent = `Plans ${job.object_name} again. Change what you like, then compare the two runs.`;
   show(find("#again"));
   for (const name of ["hand", "starts", "seed", "verified", "protocol"]) form.elements[name].value = job.request[name];
+  form.elements.protocol.dispatchEvent(new Event("change"));
   form.elements.verify_initial.checked = job.request.verify_initial;
   form.elements.friction.value = job.request.planner.friction ?? 0.6;
   if (job.request.scene) form.elements.scene.value = JSON.stringify(job.request.scene, null, 2);
@@ -178,6 +191,7 @@ async function startAgain() {
 
 async function start() {
   watchDrop(find("#drop"), form.elements.file, "Choose a mesh file, or drop it here", "STL, OBJ, PLY, OFF, GLB; point clouds as PLY, PCD, NPZ");
+  api.protocols().then(offerProtocols);
   form.elements.sample.append(...Object.entries(SAMPLES).map(([name, [title]]) => h("option", { value: name }, title)));
   form.elements.sample.addEventListener("change", () => show(find("#units"), !form.elements.sample.value));
   form.addEventListener("submit", submit);

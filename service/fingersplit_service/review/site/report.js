@@ -2,7 +2,7 @@
 
 import * as api from "./api.js";
 import { h, svg } from "./dom.js";
-import { number, sentence, words } from "./format.js";
+import { fixed, number, sentence, words } from "./format.js";
 
 const SIZE = { width: 560, height: 170, left: 46, right: 10, top: 10, bottom: 30 };
 const DEGREES = 180 / Math.PI;
@@ -46,7 +46,7 @@ function phases(verification) {
       h("td", {}, phase.saturated_joints.length ? phase.saturated_joints.join(", ") : "none"),
     ),
   );
-  if (!rows.length) return h("p", { class: "hint" }, "The simulation gave no phases.");
+  if (!rows.length) return whole(verification);
   const heads = ["Phase", "Time, s", "Slip, mm", "Turn, °", "Force, N", "Depth, mm", "Contacts lost", "Joints at their limit"];
   return h(
     "div",
@@ -59,6 +59,18 @@ function phases(verification) {
       h("tbody", {}, rows),
     ),
   );
+}
+
+// A protocol that is judged as a whole, such as a pick.
+function whole({ slip, turn, trials }) {
+  const failed = trials.filter((trial) => !trial.passed);
+  const pairs = [
+    ["Slip in the hand, mm", slip === null ? "–" : fixed(1000 * slip, 1)],
+    ["Turn in the hand, °", turn === null ? "–" : fixed(DEGREES * turn, 1)],
+    ...(trials.length > 1 ? [["Trials that held", `${trials.length - failed.length} of ${trials.length}`]] : []),
+    ...failed.map((trial) => [sentence(trial.name), words(trial.reason)]),
+  ];
+  return h("dl", { class: "facts" }, pairs.flatMap(([name, value]) => [h("dt", {}, name), h("dd", {}, value)]));
 }
 
 function draw(motion, grasp) {

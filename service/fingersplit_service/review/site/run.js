@@ -2,12 +2,13 @@
 
 import * as api from "./api.js";
 import { qualityChart } from "./chart.js";
-import { card, facts, find, forgive, h, report, show } from "./dom.js";
-import { duration, exact, heading, number, sentence, standing, took, words } from "./format.js";
+import { absent, card, facts, find, forgive, h, report, show } from "./dom.js";
+import { duration, exact, fixed, heading, number, sentence, standing, took, words } from "./format.js";
 import { invite } from "./recording.js";
 import { verdict, verificationReport } from "./report.js";
 import { viewStarts } from "./starts3d.js";
 import { prepare, viewGrasp } from "./view3d.js";
+import { requestCard } from "./request.js";
 import { noise, ways, world } from "./world.js";
 
 const id = location.pathname.split("/").at(-1);
@@ -39,23 +40,23 @@ function draw(job) {
   show(find("#run"));
   const sections = find("#sections");
   sections.replaceChildren();
-  if (job.error) sections.append(card("Why it failed", {}, h("p", {}, job.error.detail), h("p", { class: "hint" }, words(job.error.code))));
+  if (job.error) sections.append(card("Why it failed", { wide: true }, h("p", {}, job.error.detail), h("p", { class: "hint" }, words(job.error.code))));
   if (job.warnings?.length) sections.append(card("Warnings", {}, job.warnings.map((warning) => h("p", { class: "note" }, warning))));
   if (job.result?.grasps.length) {
     sections.append(
       card("Grasps", { wide: true }, grasps(job)),
       verified,
-      card("Quality over the search", {}, quality),
+      h("div", { class: "stacked" }, card("Quality over the search", {}, quality), card("Planning time", {}, times(job.result))),
       card("The chosen grasp", {}, details),
       card("How the starts ended", { wide: true }, reasons(job)),
-      card("Where the time went", {}, times(job.result)),
     );
     select(job, addressed(job) ?? standard(job));
-  } else if (job.result) {
-    sections.append(card("How the starts ended", {}, reasons(job)));
+  } else if (job.result?.summary.started) {
+    sections.append(card("How the starts ended", { wide: true }, reasons(job)));
   }
-  if (job.result?.scene) sections.append(card("What stands around", {}, world(job.result)));
-  sections.append(card("Downloads", {}, downloads), request(job));
+  const scene = job.result && job.request.scene;
+  if (scene) sections.append(card("Scene", {}, world(job.result)));
+  sections.append(card("Downloads", { wide: !scene }, downloads), requestCard(job));
   if (!job.result?.grasps.length) offer(job, null);
 }
 
@@ -75,21 +76,31 @@ function drawHead(job) {
   const badge = find("#run .badge");
   badge.className = `badge ${kind}`;
   badge.textContent = label;
-  find(".lead").textContent = job.result?.summary.message ?? job.error?.detail ?? `${sentence(job.state)} since ${exact(job.started_at ?? job.created_at)}.`;
-  const result = job.result;
+  find(".lead").textContent = job.result?.summary.message ?? job.error?.detail ?? lasting(job);
+  const { result } = job;
+  show(find(".tiles"), Boolean(result) || !api.hasEnded(job.state));
+  const tried = result?.grasps.filter((grasp) => grasp.verification).length;
   const tiles = [
     ...metrics.filter((metric) => metric.in_tables).map((metric) => [heading(metric), h("span", {}, number(result?.grasps[0]?.metrics[metric.name]))]),
     ["Feasible starts", result ? h("span", {}, result.summary.feasible, h("small", {}, ` of ${result.summary.started}`)) : "–"],
-    ["Held in simulation", result ? (job.request?.verified ? job.verified : h("small", {}, "not asked for")) : "–"],
+    ["Held in simulation", tried ? h("span", {}, job.verified, h("small", {}, ` of ${tried} tried`)) : h("small", {}, job.verification === "pending" ? "pending" : "–")],
     ["Planning", duration(result?.timings_ms.total)],
-    ["In all", duration(took(job))],
+    ["Total time", duration(took(job))],
     ["Hand", h("span", {}, job.hand)],
   ];
   find(".tiles").replaceChildren(...tiles.map(([name, value]) => h("div", { class: "card tile" }, h("dt", {}, name), h("dd", {}, value))));
 }
 
+function lasting(job) {
+  const [word, time] = api.hasEnded(job.state) ? ["at", job.finished_at] : ["since", job.started_at ?? job.created_at];
+  return `${sentence(job.state)} ${word} ${exact(time ?? job.created_at)}.`;
+}
+
+// The other metrics stand beside the chosen grasp.
+const tabled = () => metrics.filter((metric) => metric.in_tables || metric.name === "quality");
+
 function grasps(job) {
-  const numeric = new Set(["P holds", ...metrics.map(heading), "Pad angle, rad", "CPO / PPO"]);
+  const numeric = new Set(["P(hold)", ...tabled().map(heading), "Pad angle, rad", "CPO / PPO"]);
   const heads = ["Rank", "Feasible", "Verified", ...numeric, "Ended"];
   const rows = job.result.grasps.map((grasp) => {
     const choose = (event) => {
@@ -105,7 +116,7 @@ function grasps(job) {
       h("td", {}, h("span", { class: `badge ${grasp.feasible ? "good" : "warn"}` }, grasp.feasible ? "yes" : "no")),
       h("td", {}, verdict(grasp)),
       h("td", { class: "number" }, number(grasp.p_hold?.value, 2)),
-      ...metrics.map(({ name }) => h("td", { class: "number" }, number(grasp.metrics[name]))),
+      ...tabled().map(({ name }) => h("td", { class: "number" }, number(grasp.metrics[name]))),
       h("td", { class: "number" }, tilt.toFixed(2)),
       h("td", { class: "number" }, `${iterations.cpo} / ${iterations.ppo}`),
       h("td", {}, words(grasp.termination)),
@@ -121,7 +132,7 @@ function grasps(job) {
   return h(
     "div",
     {},
-    h("p", { class: "hint" }, "Ranked, best first: by how probably they hold where that was judged (P holds). Choose one to see how it came about."),
+    h("p", { class: "hint" }, "Ranked, best first: by the probability of holding, P(hold), where it was estimated. Choose one to see its search, contacts and forces."),
     h("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": "Table of grasps" }, table),
   );
 }
@@ -151,25 +162,26 @@ async function select(job, grasp) {
 }
 
 function graspDetails(job, grasp) {
-  const millimetres = (vector) => vector.map((value) => (1000 * value).toFixed(1)).join(", ");
+  const vector = (values, digits) => values.map((value) => fixed(value, digits)).join(", ");
+  const millimetres = (values) => vector(values.map((value) => 1000 * value), 1);
   const parts = [
     h("p", {}, grasp.reason),
     h("p", {}, h("strong", {}, sentence(grasp.termination)), `. ${grasp.advice}`),
     grasp.violations.length ? h("ul", { class: "violations" }, grasp.violations.map((violation) => h("li", {}, violation))) : null,
     facts([
-      ["Palm, mm", millimetres(grasp.palm.position)],
-      ["Palm, wxyz", grasp.palm.wxyz.map((value) => value.toFixed(4)).join(", ")],
+      ["Palm position, mm", millimetres(grasp.palm.position)],
+      ["Palm orientation, wxyz", vector(grasp.palm.wxyz, 4)],
       ...metrics.map((metric) => [heading(metric), number(grasp.metrics[metric.name], 4)]),
       ["Q at the start", number(grasp.initial.quality, 4)],
       ...noise(job.result, grasp),
       ...ways(grasp),
     ]),
-    more("Joints", table(["Joint", "rad", "deg"], Object.entries(grasp.joints).map(([name, angle]) => [name, angle.toFixed(4), ((angle * 180) / Math.PI).toFixed(1)]))),
+    more("Joints", table(["Joint", "rad", "deg"], Object.entries(grasp.joints).map(([name, angle]) => [name, fixed(angle, 4), fixed((angle * 180) / Math.PI, 1)]))),
     more(
       "Contacts",
       table(
-        ["Finger", "Position, mm", "Gap, mm", "Tilt, rad", "Force, N"],
-        grasp.contacts.map((contact) => [contact.finger, millimetres(contact.position), (1000 * contact.residual).toFixed(3), contact.pad_angle.toFixed(3), contact.force ? number(Math.hypot(...contact.force)) : "–"]),
+        ["Finger", "Position, mm", "Gap, mm", "Pad angle, rad", "Force, N"],
+        grasp.contacts.map((contact) => [contact.finger, millimetres(contact.position), fixed(1000 * contact.residual, 3), contact.pad_angle.toFixed(3), contact.force ? number(Math.hypot(...contact.force)) : "–"]),
       ),
     ),
   ];
@@ -205,12 +217,6 @@ function times(result) {
   return bars(Object.entries(stages), duration);
 }
 
-function request(job) {
-  const text = JSON.stringify(job.request, null, 2);
-  const copy = h("button", { type: "button", class: "quiet", on: { click: () => navigator.clipboard.writeText(text).then(() => (copy.textContent = "Copied")) } }, "Copy");
-  return card("Request", { actions: [copy] }, h("pre", { tabindex: "0", "aria-label": "Request as JSON" }, text));
-}
-
 function offer(job, grasp) {
   const link = (label, href, name) => h("li", {}, h("a", { class: "button quiet", href, download: name || true }, label));
   const files = [link("Result, JSON", api.links.result(id), `${job.object_name}.json`)];
@@ -238,4 +244,4 @@ find("#delete").addEventListener("click", async () => {
   }
 });
 
-load().catch(report);
+load().catch((error) => absent(error, "run"));

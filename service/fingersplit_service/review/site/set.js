@@ -1,7 +1,7 @@
 // One data set: how far it is, its objects, and its shards to download.
 
 import * as api from "./api.js";
-import { find, forgive, h, report, show } from "./dom.js";
+import { absent, find, forgive, h, report, show } from "./dom.js";
 import { ago, words } from "./format.js";
 
 const AGAIN = 1500; // [ms]
@@ -28,12 +28,12 @@ function line(item, wanted) {
     h("td", {}, item.split),
     h("td", {}, bar, h("span", { class: "hint" }, `${item.selected} of ${wanted}`)),
     h("td", {}, h("ul", { class: "shards" }, item.shards.map((one) => shard(item, one)))),
-    h("td", {}, item.error ? h("span", { class: "badge warn", title: item.error.detail }, words(item.error.code)) : item.done ? "" : "being planned"),
+    h("td", {}, item.error ? [h("span", { class: "badge warn" }, words(item.error.code)), h("p", { class: "hint" }, item.error.detail)] : item.done ? "" : "being planned"),
   );
 }
 
 function tile(name, value) {
-  return h("div", { class: "tile" }, h("dt", {}, name), h("dd", {}, value));
+  return h("div", { class: "card tile" }, h("dt", {}, name), h("dd", {}, value));
 }
 
 function draw(found) {
@@ -45,13 +45,13 @@ function draw(found) {
   badge.textContent = words(found.state);
   const { per_object: wanted, verified, job, licence } = found.request;
   const what = verified ? `grasps that held in ${words(job.protocol)}` : "feasible grasps";
-  find(".lead").textContent = `${wanted} ${what} of ${found.objects === 1 ? "one object" : `each of ${found.objects} objects`} with ${found.hand}, asked for ${ago(found.created_at)}.`;
+  find(".lead").textContent = `${wanted} ${what} of ${found.objects === 1 ? "one object" : `each of ${found.objects} objects`} with ${found.hand}, created ${ago(found.created_at)}.`;
   Object.assign(find("#set > progress"), { max: found.wanted, value: found.selected });
   find("[role=status]").textContent = `${found.selected} of ${found.wanted} grasps`;
   find(".tiles").replaceChildren(
     tile("Grasps", `${found.selected} of ${found.wanted}`),
     tile("Objects done", `${found.done} of ${found.objects}`),
-    tile("Given up", found.failed),
+    tile("Objects failed", found.failed),
     tile("Feasible in all", found.feasible),
     tile("Held in all", verified ? found.held : "–"),
     tile("Licence", licence),
@@ -67,7 +67,7 @@ async function load() {
     draw(found);
     if (found.state === "running") setTimeout(load, AGAIN);
   } catch (error) {
-    report(error);
+    absent(error, "data set");
   }
 }
 

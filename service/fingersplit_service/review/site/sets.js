@@ -39,7 +39,7 @@ async function load() {
     show(find(".scroll"), sets.items.length > 0);
     show(find("#no-sets"), sets.items.length === 0);
     const shown = batches.items.map(batch);
-    find(".batches").replaceChildren(...(shown.length ? shown : [h("li", { class: "hint" }, "No batch yet.")]));
+    find(".batches").replaceChildren(...(shown.length ? shown : [h("li", { class: "hint" }, "No batches yet.")]));
     const busy = sets.items.some((one) => one.state === "running") || batches.items.some((one) => one.states.queued || one.states.running);
     if (busy) setTimeout(load, AGAIN);
   } catch (error) {
@@ -52,7 +52,7 @@ async function choices() {
   const boxes = objects.items.map((one) =>
     h("label", { class: "check" }, h("input", { type: "checkbox", name: "object", value: one.id }), one.name),
   );
-  find("#objects").append(...(boxes.length ? boxes : [h("p", { class: "hint" }, "No object yet; upload one with a new run.")]));
+  find("#objects").append(...(boxes.length ? boxes : [h("p", { class: "hint" }, "No objects yet; upload one with a new run.")]));
   form.elements.hand.append(...hands.map((hand) => h("option", { value: hand.name }, hand.name)));
   form.elements.hand.value = "barrett";
 }

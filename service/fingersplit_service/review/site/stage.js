@@ -16,6 +16,7 @@ export class Stage {
     this.scene.add(new THREE.HemisphereLight(0xffffff, 0x8a8f98, 0.62));
     this.light = new THREE.DirectionalLight(0xffffff, 0.62);
     this.scene.add(this.light, this.light.target);
+    this.veils = null; // what is faded where it hides the grasp
     this.animations = new Set();
     this.pending = false;
     this.watch();
@@ -166,6 +167,7 @@ export class Stage {
     this.light.target.position.copy(target);
     this.light.position.copy(camera.position).addScaledVector(up, 0.6 * this.distance);
     this.light.position.addScaledVector(new this.THREE.Vector3().setFromMatrixColumn(camera.matrix, 0), -0.5 * this.distance);
+    if (this.veils) this.canvas.dataset.faded = this.veils.update(camera);
     this.renderer.render(this.scene, camera);
     this.pictures = (this.pictures ?? 0) + 1;
     this.canvas.dataset.pictures = this.pictures;

@@ -7,6 +7,7 @@ import { surroundings } from "./grasp3d.js";
 import { Hand3d } from "./hand3d.js";
 import { Stage } from "./stage.js";
 import { meshGeometry, pose, three } from "./three.js";
+import { Veils } from "./veils.js";
 
 const GOOD = "#1f9d57";
 const ENDS = ["#d1495b", "#e08e1b", "#7b4fb5", "#1f8a9e", "#a06a3c", "#4f6fd0", "#b0549a", "#6b7480"];
@@ -60,7 +61,9 @@ function mount(THREE, canvas, document) {
   });
   const { center, radius } = box.getBoundingSphere(new THREE.Sphere());
   const stage = new Stage(THREE, canvas, { radius, target: center, up, towards: new THREE.Vector3(up.y + 0.4, up.z + 0.3, up.x + 0.5) });
-  stage.scene.add(object, surroundings(THREE, document, object), hand.group, ...dots);
+  const obstacles = surroundings(THREE, document, object);
+  stage.veils = new Veils(THREE, obstacles, { center, radius });
+  stage.scene.add(object, obstacles, hand.group, ...dots);
   hand.group.visible = false;
   const why = h("div", { class: "why", role: "status" }, h("p", { class: "hint" }, "Each dot is a palm where a start ended, with a line to its contacts. Choose a start to see the hand there."));
   const choose = (index) => {

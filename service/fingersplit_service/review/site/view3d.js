@@ -11,7 +11,7 @@ const NAMES = { map: "Map", cpo: "CPO, contacts move", ppo: "PPO, palm moves", s
 const TOGGLES = [
   ["forces", "Forces", true],
   ["cones", "Friction cones", true],
-  ["pregrasp", "Way in", false],
+  ["pregrasp", "Approach", false],
   ["shapes", "Collision shapes", false],
 ];
 
