@@ -27,8 +27,10 @@ from fingersplit.threads import Progress
 __all__ = ["Asked", "Found", "Watch", "refined", "relaxed_constraints", "search", "silent"]
 
 ATTEMPTS, MORE_STARTS = 3, 3
-"""A request with a scene is tried again when nothing is feasible, so often in all, each time with more starts; any
-request once when no feasible grasp carries the object's weight."""
+"""A request with a scene is tried again when nothing is feasible, so often in all, each time with more starts."""
+CARRYING_STARTS = 4
+"""Any request is tried again when no feasible grasp carries the object's weight, each time with as many starts as it
+had, until one does or it had so many times the starts that were asked for."""
 
 REFINED = 12
 """Best grasps that are refined on request."""
@@ -85,9 +87,9 @@ def search(asked: Asked, grips: Sequence[Hand]) -> Found:
     """Search with the first grip, with more starts where they may help, then with the others if nothing is feasible."""
     found = _attempt(asked, grips[0], asked.scene_of(grips[0]), asked.starts, asked.seed)
     for attempt in range(1, ATTEMPTS if asked.given is None else 1):
-        if not _worth_more(found, attempt):
+        count = _more_starts(asked, found, attempt)
+        if not count:
             break
-        count = asked.starts * MORE_STARTS**attempt
         more = _attempt(asked, found.hand, found.scene, count, [asked.seed, attempt])
         found = replace(
             more,
@@ -135,10 +137,12 @@ def _run(
     return len(given), runs
 
 
-def _worth_more(found: Found, attempt: int) -> bool:
-    """Whether to search on: nothing is feasible among obstacles, or what is feasible cannot carry the object."""
+def _more_starts(asked: Asked, found: Found, attempt: int) -> int:
+    """How many to go on with: where obstacles leave nothing feasible, or what is feasible cannot carry the object."""
     margins = [holding.margin for run, holding in zip(found.runs, found.holdings, strict=True) if run.feasible]
-    return (attempt == 1 and max(margins) < 0.0) if margins else found.scene.restricts
+    if not margins:
+        return asked.starts * MORE_STARTS**attempt if found.scene.restricts else 0
+    return found.starts if max(margins) < 0.0 and found.starts < CARRYING_STARTS * asked.starts else 0
 
 
 def relaxed_constraints(asked: Asked, found: Found) -> tuple[Relaxation, ...]:

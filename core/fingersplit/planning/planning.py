@@ -70,8 +70,8 @@ def plan(
         parallel_grasps: Two-contact grasps to start from, each taken with both finger assignments; None to have
             some found.
         source: Where they are found: ``antipodal``, ``surface_fitting`` or ``both``.
-        starts: Most runs of the finger splitting; when none of their grasps can carry the object, three times as many
-            follow once.
+        starts: Most runs of the finger splitting; when none of their grasps can carry the object, as many follow, and
+            twice as many when none of these can.
         seed: Seed of every random choice.
         top_k: Most grasps to return.
         settings: Parameters of the splitting; None for the defaults.
