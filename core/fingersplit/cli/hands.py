@@ -19,10 +19,9 @@ def hands() -> None:
 
 
 def warm() -> None:
-    """Compile the planner's kernels for every hand, so that the first plan does not wait for it."""
+    """Compile the planner's kernels, so that the first plan does not wait for it."""
     from fingersplit.cli.warming import compile_kernels
     from fingersplit.hands.hand import available_hands, load_hand
 
-    for name in available_hands():
-        with Console(stderr=True).status(f"compiling the kernels for {name} (a few minutes with an empty cache)"):
-            compile_kernels(load_hand(name))
+    with Console(stderr=True).status("compiling the kernels (a few minutes with an empty cache)"):
+        compile_kernels([load_hand(name) for name in available_hands()])

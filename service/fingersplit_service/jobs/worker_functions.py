@@ -128,8 +128,7 @@ def warm() -> WarmUpReport:
     from fingersplit.hands.hand import available_hands, load_hand
 
     hands = [load_hand(name) for name in available_hands()]
-    for hand in hands:
-        compile_kernels(hand)
+    compile_kernels(hands)
     gc.freeze()  # going through all that was loaded would take 0.2 s, in the middle of a job
     return WarmUpReport([hand.to_document() for hand in hands], _has_compiled(), _catalogs())
 
