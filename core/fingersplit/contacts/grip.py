@@ -21,6 +21,8 @@ __all__ = ["Grip", "GripProblem", "least_grip"]
 
 MIN_VIOLATION = 1e-3
 """Forces that leave their cones by less count as inside [N]."""
+MIN_PIVOT = 1e-9
+"""Contacts whose grasp matrix has a smaller pivot, of its largest, are treated as on a line."""
 AT_LIMIT = 1e-6
 """Share of a torque limit that is left when a joint counts as spent."""
 
@@ -106,4 +108,7 @@ def _load_shares(problem: GripProblem) -> NDArray[np.float64]:
     """Forces (L, F, 3) of the fingers that balance each load with least sum of squares."""
     G = grasp_matrix(problem.contacts, problem.center_of_mass)
     wrenches = np.hstack([-problem.loads, np.zeros_like(problem.loads)])
-    return np.asarray((wrenches @ np.linalg.pinv(G).T).reshape(len(wrenches), -1, 3))
+    Q, R = np.linalg.qr(G.T)  # a tenth of the time of an SVD
+    pivots = np.abs(np.diag(R))
+    inverse = np.linalg.solve(R, Q.T) if pivots.min() > MIN_PIVOT * pivots.max() else np.linalg.pinv(G).T
+    return np.asarray((wrenches @ inverse).reshape(len(wrenches), -1, 3))

@@ -63,20 +63,21 @@ def plan_execution(
         grip: Its grip.
         way: ``WAY`` record of the grasp, if it is known.
     """
-    if way is None or not way.known:
+    # Fields by key: as attributes of a record they cost several times as much.
+    if way is None or not way["known"]:
         way = new_way()
         find_ways(problem, grasp, new_states(1)[0], way, new_work())
-    pose = None
-    if way.distance > 0.0 and way.distance >= problem.limits.min_distance:
-        pose = pose_matrix(grasp.palm_rotation, grasp.palm_position - way.distance * way.direction)
+    pose, distance, direction = None, float(way["distance"]), way["direction"].copy()
+    if distance > 0.0 and distance >= problem.limits["min_distance"]:
+        pose = pose_matrix(grasp["palm_rotation"], grasp["palm_position"] - distance * direction)
     return GraspExecution(
         pregrasp_pose=pose,
-        pregrasp_joints=way.joints[: len(hand.joint_names)].copy(),
+        pregrasp_joints=way["joints"][: len(hand.joint_names)].copy(),
         grip=grip,
-        approach_direction=way.direction.copy(),
-        approach_distance=float(way.distance),
-        blocked_by=int(way.blocked_by),
-        retreat_direction=way.retreat.copy(),
-        retreat_distance=float(way.retreat_distance),
-        retreat_blocked_by=int(way.retreat_blocked_by),
+        approach_direction=direction,
+        approach_distance=distance,
+        blocked_by=int(way["blocked_by"]),
+        retreat_direction=way["retreat"].copy(),
+        retreat_distance=float(way["retreat_distance"]),
+        retreat_blocked_by=int(way["retreat_blocked_by"]),
     )

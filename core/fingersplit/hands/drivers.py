@@ -79,12 +79,11 @@ def driver_jacobians(hand: np.record, jacobians: NDArray[np.float64]) -> NDArray
 
     The torques at the drivers that balance forces f on the pads are the sum over fingers of J_theta,f^T f.
     """
-    dense = np.zeros((*jacobians.shape[:-3], hand.finger_count, 3, hand.driver_count))
-    for finger in range(hand.finger_count):
-        count = hand.driver_counts[finger]
-        dense[..., finger, :, hand.driver_indices[finger, :count]] = np.moveaxis(
-            jacobians[..., finger, :, :count], -1, 0
-        )
+    fingers, counts, indices = hand["finger_count"], hand["driver_counts"], hand["driver_indices"]
+    dense = np.zeros((*jacobians.shape[:-3], fingers, 3, hand["driver_count"]))
+    for finger in range(fingers):
+        count = counts[finger]
+        dense[..., finger, :, indices[finger, :count]] = np.moveaxis(jacobians[..., finger, :, :count], -1, 0)
     return dense
 
 

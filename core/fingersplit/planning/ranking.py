@@ -115,11 +115,15 @@ def rank_runs(
 
 def _different(order: Sequence[int], runs: Sequence[Run], most: int) -> list[int]:
     """The first ``most`` of ``order`` that are not nearly one before them."""
+    positions = np.array([run.last["palm_position"] for run in runs])
+    rotations = np.array([run.last["palm_rotation"].ravel() for run in runs])
     kept: list[int] = []
     for i in order:
         if len(kept) == most:
             break
-        if not any(_nearly_same(runs[i], runs[better]) for better in kept):
+        near = np.linalg.norm(positions[kept] - positions[i], axis=1) < SAME_POSITION
+        cosines = (rotations[kept][near] @ rotations[i] - 1) / 2
+        if not (np.arccos(np.clip(cosines, -1.0, 1.0)) < SAME_ROTATION).any():
             kept.append(i)
     return kept
 
@@ -218,15 +222,6 @@ def _held(run: Run, holding: Holding, weight: float) -> str:
 def _direction_name(direction: np.ndarray) -> str:
     axis = int(np.abs(direction).argmax())
     return f"{'-' if direction[axis] < 0 else '+'}{'xyz'[axis]}"
-
-
-def _nearly_same(a: Run, b: Run) -> bool:
-    """Whether two grasps put the hand in nearly the same place."""
-    first, second = a.last, b.last
-    if np.linalg.norm(first.palm_position - second.palm_position) >= SAME_POSITION:
-        return False
-    cosine = (np.sum(first.palm_rotation * second.palm_rotation) - 1) / 2
-    return bool(math.acos(min(1.0, max(-1.0, cosine))) < SAME_ROTATION)
 
 
 def _thickness(model: ObjectModel) -> str:

@@ -65,7 +65,7 @@ class Run:
     @cached_property
     def feasible(self) -> bool:
         """Whether the grasp keeps every constraint."""
-        return bool(self.outcome.violations == 0)
+        return bool(self.outcome["violations"] == 0)
 
     @property
     def violations(self) -> tuple[str, ...]:
@@ -75,7 +75,7 @@ class Run:
     @property
     def violation_count(self) -> int:
         """How many constraints the final grasp violates."""
-        return int(self.outcome.violations).bit_count()
+        return int(self.outcome["violations"]).bit_count()
 
     @property
     def self_clearance(self) -> float | None:
@@ -101,14 +101,13 @@ class Run:
     @property
     def scores(self) -> NDArray[np.float64]:
         """Q, w1 Q_o, w2 Q_h and deepest penetration [m] of the final grasp, (4,)."""
-        last = self.last
-        return np.array([last.quality, last.object_quality, last.hand_quality, last.penetration])
+        return np.array([self.last[name] for name in ("quality", "object_quality", "hand_quality", "penetration")])
 
     @property
     def seconds(self) -> tuple[float, ...]:
         """CPO tangent search, projection and test, collision; the same for PPO; total, (7,) [s]."""
-        cpo, ppo = self.outcome.times.cpo.item(), self.outcome.times.ppo.item()
-        return (*cpo, *ppo, float(self.outcome.total))
+        times = self.outcome["times"]
+        return (*times["cpo"].item(), *times["ppo"].item(), float(self.outcome["total"]))
 
     @cached_property
     def trace(self) -> Trace:

@@ -9,6 +9,7 @@ from fingersplit.hands.hand import Hand
 from fingersplit.result.verification import PhaseReport, Reason, TrialReport
 from fingersplit.transforms import wxyz_from_rotation
 from fingersplit.verification.frames import SimulationFrames
+from fingersplit.verification.motion_kernel import move_in_hand
 from fingersplit.verification.protocol import Phase, Protocol, Trial
 from fingersplit.verification.simulation import SimulationTrack
 
@@ -139,14 +140,9 @@ def motion_in_hand(
     track: SimulationTrack, center_of_mass: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """How far the centre of mass is from where the track began, (T,) [m], and the object's turn since, (T,) [rad]."""
-    poses = np.vstack([track.start, np.hstack([track.object_positions, track.object_wxyz])])
-    w, v = poses[:, 3:4], poses[:, 4:]
-    centers = poses[:, :3] + center_of_mass + 2 * np.cross(v, np.cross(v, center_of_mass) + w * center_of_mass)
-    w0, v0 = track.start[3], track.start[4:]  # the turn is q0^-1 q
-    scalar = w0 * w[1:, 0] + v[1:] @ v0
-    vector = w0 * v[1:] - w[1:] * v0 - np.cross(v0, v[1:])
-    turns = 2 * np.arctan2(np.linalg.norm(vector, axis=1), np.abs(scalar))
-    return np.linalg.norm(centers[1:] - centers[0], axis=1), turns
+    distances, turns = np.empty(len(track.times)), np.empty(len(track.times))
+    move_in_hand(track.start, track.object_positions, track.object_wxyz, center_of_mass, distances, turns)
+    return distances, turns
 
 
 def simulation_frames(

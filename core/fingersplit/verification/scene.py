@@ -149,8 +149,10 @@ class Scene:
         """
         friction = self.model.geom_friction
         friction[:, 0], friction[:, 1] = sliding.mean(), torsional.mean()
-        for along, about, bodies in zip(sliding, torsional, self.finger_bodies, strict=True):
-            friction[np.isin(self.model.geom_bodyid, bodies), :2] = along, about
+        fingers = self.part_of_body[self.model.geom_bodyid]  # of shapes
+        of_fingers = fingers >= 0
+        friction[of_fingers, 0] = sliding[fingers[of_fingers]]
+        friction[of_fingers, 1] = torsional[fingers[of_fingers]]
 
     def place(self, grasp: Grasp) -> None:
         """Object at the world's origin, hand where the grasp has it, everything at rest.

@@ -25,4 +25,4 @@ def load_protocol(name: str, values: dict[str, Any] | None = None) -> Protocol:
     presets = available_protocols()
     if name not in presets:
         raise SettingsError(f"Unknown verification protocol {name!r}; {suggestion(name, presets)}")
-    return presets[name].with_values(values or {})
+    return presets[name].with_values(values) if values else presets[name]
