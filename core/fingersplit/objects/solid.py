@@ -35,8 +35,8 @@ MIN_FACING = 0.5
 """Mean cosine between a hole's direction and the normals around it from which on these say how the cap bulges."""
 STIFFNESS = 0.06
 """How much the top of a cap is held to the middle of its loop, beside the planes around it."""
-LINES = 128
-"""Lines along each side of the lattice that enclosed space is measured by."""
+LINES, LINES_OF_UNION = 128, 384
+"""Lines along each side of the lattice that enclosed space is looked at by, and measured where parts overlap."""
 MULTIPLY = 2e-3
 """Share of the enclosed volume that must be enclosed twice, or be inside out, before parts count as overlapping."""
 MIN_SHARE_OF_HULL = 1e-3
@@ -99,10 +99,10 @@ def solid_of(vertices: NDArray[np.float64], faces: NDArray[np.int32], is_closed:
     if len(closed) > len(faces):
         area = surface_moments(vertices, faces, (0.0, 0.0, 0.0))[0]
         open_share, method = 1.0 - area / found.area, "capped_holes"
-    once, multiply = _measured(corners, closed)
+    once, multiply = _measured(corners, closed, LINES)
     is_open = len(closed) > len(faces)
     if once.volume > 0 and multiply > MULTIPLY * once.volume:
-        method, found = "union", once
+        method, found = "union", _measured(corners, closed, LINES_OF_UNION)[0]
     if is_open and (open_share > LARGE_OPENING or _is_sheet(vertices, found.volume, open_share)):
         method, found = "convex_hull", _hull(vertices) or found
     return Solid(corners, closed, open_share, method, found._replace(area=area))
@@ -217,17 +217,18 @@ def _loops(edges: NDArray[np.int64]) -> list[list[int]]:
     return loops
 
 
-def _measured(vertices: NDArray[np.float64], faces: NDArray[np.int32]) -> tuple[Moments, float]:
+def _measured(vertices: NDArray[np.float64], faces: NDArray[np.int32], side: int) -> tuple[Moments, float]:
     """Moments of the space with a winding number of one or more, and the volume where it is neither zero nor one.
 
-    Along the lines of a lattice, exact on each line [Nooruddin2003]. The lines run along the shortest side.
+    Along ``side`` times as many lines of a lattice, exact on each line [Nooruddin2003]. The lines run along the
+    shortest side of the surface.
     """
     low, high = vertices.min(axis=0), vertices.max(axis=0)
     axis = int(np.argmin(high - low))
     u, v = (axis + 1) % 3, (axis + 2) % 3
-    steps = np.maximum((high - low)[[u, v]], 1e-12) / LINES
+    steps = np.maximum((high - low)[[u, v]], 1e-12) / side
     offset = low[[u, v]] + (0.5 + np.array([0.0137, 0.0071])) * steps  # beside the edges of lattice-like meshes
-    lattice = axis, tuple(offset.tolist()), tuple(steps.tolist()), (LINES, LINES)
+    lattice = axis, tuple(offset.tolist()), tuple(steps.tolist()), (side, side)
     most = count_crossings(vertices, faces, *lattice)
     lines, heights, signs = np.empty(most, np.int64), np.empty(most), np.empty(most, np.int8)
     count = find_crossings(vertices, faces, *lattice, lines, heights, signs)
@@ -242,7 +243,7 @@ def _measured(vertices: NDArray[np.float64], faces: NDArray[np.int32]) -> tuple[
     bottom, top, times = heights[inside], heights[inside + 1], winding[inside]
     cell = float(steps.prod())
     once = times > 0
-    places = np.column_stack([lines[inside] // LINES, lines[inside] % LINES]) * steps + offset
+    places = np.column_stack([lines[inside] // side, lines[inside] % side]) * steps + offset
     moments = _column_moments(axis, places[once], bottom[once], top[once], steps, cell)
     return moments, float((top - bottom)[(times < 0) | (times > 1)].sum()) * cell
 

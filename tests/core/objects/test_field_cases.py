@@ -6,7 +6,7 @@ import trimesh
 
 import field_cases as case
 from fingersplit.errors import ObjectFileError
-from fingersplit.objects.cloud.checks import scene_plane
+from fingersplit.objects.cloud.planes import scene_share
 from fingersplit.objects.intake import read_bytes, read_mesh
 from fingersplit.objects.loading import load_object
 from fingersplit.objects.model import ObjectModel
@@ -167,7 +167,7 @@ def test_normals_that_mean_nothing_never_make_a_negative_mass(tmp_path, kind):
 def test_scene_is_told_from_an_object_and_stays_as_large_as_it_was(tmp_path):
     points, viewpoint = case.box_on_table()
     model = prepared_cloud(tmp_path, points=points, viewpoint=viewpoint)
-    assert "plane takes 9" in model.report.remarks[0]
+    assert "of the points lie in a plane" in model.report.remarks[0]
     assert "Cut the object out" in model.report.remarks[0]
     assert model.mesh.extents[:2] == pytest.approx([0.6, 0.6], abs=0.04)
     assert model.mesh.extents[2] < 0.08  # 30 mm were seen
@@ -183,10 +183,10 @@ def test_several_things_on_a_table_are_a_scene_and_a_tray_is_none():
     points, normals = case.brick_with_normals(700)
     brick = points[normals[:, 2] > -0.5] + [0, 0, 0.02]
     bricks = [np.add(brick, [x, y, 0]) for x in (-0.22, 0, 0.22) for y in (-0.22, 0, 0.22)]
-    assert scene_plane(np.vstack([table, *bricks])) > 0.5
+    assert scene_share(np.vstack([table, *bricks])) > 0.5
     floor = table * 0.5
     rim = np.c_[rng.uniform(-0.15, 0.15, 3_000), rng.choice([-0.15, 0.15], 3_000), rng.uniform(0.0, 0.03, 3_000)]
-    assert scene_plane(np.vstack([floor, rim, rim[:, [1, 0, 2]]])) == 0
+    assert scene_share(np.vstack([floor, rim, rim[:, [1, 0, 2]]])) == 0
 
 
 @pytest.mark.parametrize("count", [210, 300, 420])
@@ -282,6 +282,10 @@ STL_TEXT = PLATE.export(file_type="stl_ascii").encode()
         (b"version https://git-lfs.github.com/spec/v1\noid sha256:00\nsize 1\n", "stl", "pointer", "Git LFS"),
         (b"/annex/objects/SHA256E-s1--00.obj\n", "obj", "pointer", "git-annex"),
         (b"\x1f\x8b\x08" + bytes(50), "obj", "packed", "gzip"),
+        (b"v 0,0,0\n" + TEXT, "obj", "malformed", "line 1 has '0,0,0'; numbers are separated by blanks"),
+        (b"OFF BINARY\n" + bytes(300), "off", "binary_off", "save it as text"),
+        (b"<?xml version='1.0'?><Error/>", "npz", "other_format", "XML"),
+        (b"{\\rtf1}", "obj", "other_format", "RTF"),
         (b"<!DOCTYPE html><html></html>", "stl", "web_page", "web page"),
         (case.as_glb({"asset": {}, "scenes": [{"nodes": [0]}], "nodes": [{}]}), "glb", "no_faces", "no mesh in it"),
     ],
@@ -336,3 +340,105 @@ def test_what_intake_did_stands_in_every_document(tmp_path):
         report = load_object(path, unit="mm").to_document()["report"]
         assert any(words in remark for remark in report["remarks"])
         assert report["volume_method"] == "surface"
+
+
+def test_parts_that_touch_in_a_vertex_are_turned_each_by_itself():
+    above = trimesh.creation.cone(20, 30, sections=24)
+    below = trimesh.creation.cone(20, 30, sections=24)
+    below.apply_transform(trimesh.transformations.rotation_matrix(np.pi, [1, 0, 0], [0, 0, 30]))
+    below.invert()
+    mesh, report = read_mesh(case.as_obj(case.joined(above, below)), "obj", MM)
+    assert report.components == 1
+    assert mesh.volume == pytest.approx(2e-9 * above.volume, rel=1e-6)
+
+
+def test_union_of_boxes_is_exact_to_half_a_percent():
+    lying, standing = (trimesh.creation.box((60, 20, 20)), trimesh.creation.box((20, 60, 30)))
+    mesh, report = read_mesh(case.as_obj(case.joined(lying, standing)), "obj", MM)
+    assert report.volume_method == "union"
+    assert mesh.volume == pytest.approx(52e-6, rel=0.005)
+
+
+@pytest.mark.parametrize("axis", range(3))
+@pytest.mark.parametrize("width", [0.002, 0.05])
+def test_cracks_are_closed(axis, width):
+    outline = np.array([(0, 0), (60, 0), (60, 20), (20, 20), (20, 60), (0, 60)], float)
+    ell = trimesh.creation.extrude_triangulation(outline, [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5]], 30)
+    ell = ell.subdivide().subdivide()
+    beyond = ell.triangles_center[:, axis] > 12
+    vertices = np.vstack([ell.vertices, ell.vertices + np.array([width, 0, width / 2])])
+    faces = np.where(beyond[:, None], ell.faces + len(ell.vertices), ell.faces)
+    mesh, report = read_mesh(case.as_obj((vertices.tolist(), faces.tolist())), "obj", MM)
+    assert report.watertight
+    assert report.components == 1
+    assert mesh.volume == pytest.approx(60e-6, rel=0.003)
+
+
+@pytest.mark.parametrize("shape", ["brick", "plate", "cup"])
+@pytest.mark.parametrize("kind", ["half", "alike"])
+def test_normals_that_cannot_be_those_of_the_points_are_left_out(tmp_path, shape, kind):
+    made = {
+        "brick": trimesh.creation.box((0.06, 0.04, 0.03)),
+        "plate": trimesh.creation.box((0.1, 0.06, 0.006)),
+        "cup": trimesh.creation.annulus(0.026, 0.031, 0.08, sections=48),
+    }[shape]
+    points, sides = trimesh.sample.sample_surface(made, 2_500, seed=1)
+    normals = made.face_normals[sides]
+    wrong = normals * np.where(points[:, :1] > 0, -1, 1) if kind == "half" else np.tile([0.0, 0, 1], (len(points), 1))
+    model = prepared_cloud(tmp_path, points=points, normals=wrong)
+    assert not model.report.normals
+    assert model.mass_properties.volume == pytest.approx(made.volume, rel=0.2)
+    assert prepared_cloud(tmp_path, points=points, normals=normals).report.normals
+
+
+def test_normals_from_all_sides_are_turned_though_a_camera_is_named(tmp_path):
+    points, normals = case.brick_with_normals()
+    model = prepared_cloud(tmp_path, points=points, normals=-normals, viewpoint=np.array([0, 0, 0.6]))
+    assert model.report.normals_turned
+    assert model.mass_properties.volume == pytest.approx(72e-6, rel=0.1)
+
+
+def _seen(meshes, counts, camera):
+    """Points of boxes that face a camera and that no box hides, of each as many as its count before that."""
+    whole, seen = trimesh.util.concatenate(meshes), []
+    for mesh, count in zip(meshes, counts, strict=True):
+        points, sides = trimesh.sample.sample_surface(mesh, count, seed=1)
+        towards = camera - points
+        towards /= np.linalg.norm(towards, axis=1, keepdims=True)
+        points, towards = (
+            each[np.einsum("ij,ij->i", mesh.face_normals[sides], towards) > 0.05] for each in (points, towards)
+        )
+        seen.append(points[~whole.ray.intersects_any(points + 1e-4 * towards, towards)])
+    return np.vstack(seen)
+
+
+@pytest.mark.parametrize("camera", [(0.1, -0.8, 0.7), (-0.5, -0.6, 0.5)])
+@pytest.mark.parametrize(("counts", "wall"), [((8_000, 2_500), False), ((2_000, 3_000, 2_000), True)])
+def test_sparse_tables_and_floors_with_a_wall_are_scenes(camera, counts, wall):
+    brick = trimesh.creation.box(bounds=[(-0.04, -0.03, 0), (0.04, 0.03, 0.1)])
+    table = trimesh.creation.box(bounds=[(-0.3, -0.3, -0.02), (0.3, 0.3, 0)])
+    back = [trimesh.creation.box(bounds=[(-0.3, 0.3, 0), (0.3, 0.32, 0.4)])] * wall
+    points = _seen([brick, table, *back], counts, np.array(camera))
+    assert scene_share(points, np.array(camera)) > 0.2
+
+
+@pytest.mark.parametrize("size", [(0.24, 0.17, 0.03), (0.1, 0.06, 0.004), (0.06, 0.19, 0.3), (0.3, 0.3, 0.3)])
+@pytest.mark.parametrize("camera", [(0.2, -0.7, 0.7), (0.6, 0.3, 0.75)])
+def test_single_boxes_books_and_plates_are_no_scenes(size, camera):
+    points = _seen([trimesh.creation.box(size)], [6_000], np.array(camera))
+    assert scene_share(points, np.array(camera)) == 0
+    assert scene_share(points) == 0
+    assert scene_share(trimesh.sample.sample_surface(trimesh.creation.box(size), 3_000, seed=1)[0]) == 0
+
+
+@pytest.mark.parametrize("end", [b"\x1a", b"\0\0", b"\r\n\r\n"])
+@pytest.mark.parametrize("file_type", WRITERS)
+def test_marks_of_old_systems_around_a_text_mean_nothing(file_type, end):
+    text = WRITERS[file_type](case.joined(PLATE))
+    mesh, _ = read_bytes(MARK + b"\n" + text + end, file_type, MM)
+    assert mesh.volume == pytest.approx(24e-6, rel=1e-6)
+
+
+def test_old_faces_of_obj_are_faces():
+    mesh, _ = read_mesh(TEXT.replace(b"f ", b"fo "), "obj", MM)
+    assert mesh.volume == pytest.approx(24e-6, rel=1e-6)

@@ -113,7 +113,7 @@ def test_every_published_broken_file_is_covered():
         (BOX + b"v 1 2 x\n", "obj", "malformed", "vertex on line 21 has 'x'"),
         (BOX + b"v 1 2 1e999\n", "obj", "non_finite", "number 9 with"),
         (ball("ply")[:-5], "ply", "truncated", "80 face rows, but the file has 79 whole ones"),
-        (ball("ply") + b"\0", "ply", "count_mismatch", "1 bytes before"),
+        (ball("ply") + b"x", "ply", "count_mismatch", "1 byte follows"),
         (ball("ply", encoding="ascii")[:-40], "ply", "truncated", "face rows"),
         (ball("ply").replace(b"ply", b"plx", 1), "ply", "not_ply", "header"),
         (ball("ply").replace(b"float z", b"float w", 1), "ply", "malformed", "x, y and z"),

@@ -28,7 +28,9 @@ class IntakeReport(Document):
     faces_in_file: int = Field(description="Triangles found, after polygons were split into triangles.")
     vertices: int = Field(description="Vertices left.")
     faces: int = Field(description="Triangles left.")
-    merged_vertices: int = Field(description="Vertices joined with one at the same place.")
+    merged_vertices: int = Field(
+        description="Vertices joined with one at the same place, or on the other side of a crack."
+    )
     unused_vertices: int = Field(description="Vertices dropped because no kept triangle has them.")
     degenerate_faces: int = Field(description="Triangles dropped because they have no area.")
     duplicate_faces: int = Field(description="Triangles dropped because another has the same corners.")
@@ -66,7 +68,7 @@ class CloudReport(Document):
     viewpoint: bool = Field(description="Whether it is known where the camera stood.")
     spacing: float = Field(description="Typical distance of a point from the nearest other [m].")
     normals_turned: bool = Field(default=False, description="Whether normals pointed inwards and were turned over.")
-    plane_share: float = Field(default=0.0, description="Share of the points in a plane, if that is most of a scene.")
+    plane_share: float = Field(default=0.0, description="Share of the points in planes that the others stand on.")
     support: bool = Field(
         default=False,
         description="Whether it is known what the object stands on, so that what one view did not see is assumed.",

@@ -4,9 +4,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingersplit.errors import ObjectFileError
-from fingersplit.objects.cloud.checks import scene_plane
 from fingersplit.objects.cloud.completion import complete
 from fingersplit.objects.cloud.normals import OrientedPoints, orient_points
+from fingersplit.objects.cloud.planes import scene_share
 from fingersplit.objects.cloud.point_cloud import PointCloud
 from fingersplit.objects.cloud.reconstruction import lies_beside, part_of_mesh, reconstruct
 from fingersplit.objects.cloud.unseen import estimate_viewpoint
@@ -46,7 +46,7 @@ def close_cloud(cloud: PointCloud, fairing: float = 0.0) -> Outline:
         viewpoint = estimate_viewpoint(oriented.points, oriented.normals, oriented.areas)
     if viewpoint is not None and cloud.support is not None:
         return _completed(oriented, viewpoint, cloud.support, fairing)
-    scene = viewpoint is not None and scene_plane(oriented.points) > 0
+    scene = viewpoint is not None and scene_share(oriented.points, viewpoint) > 0
     rough, is_seen = reconstruct(oriented, viewpoint, shallow=scene)
     if not is_seen.any():
         raise ObjectFileError("no_volume", "No surface runs through the points: they are scattered in space.")

@@ -5,18 +5,29 @@ import trimesh
 from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
 from trimesh import grouping
 from trimesh.graph import connected_component_labels
 from trimesh.ray.ray_util import contains_points
 
+from fingersplit.objects.intake.parts_kernel import parts_by_edges
 from fingersplit.objects.mesh import Mesh
 from fingersplit.objects.triangle_grid import bin_triangles
 from fingersplit.objects.triangle_grid_kernel import cast
 
-__all__ = ["VIEW", "drop_needless_faces", "faces_at_edges", "merge_vertices", "signed_volumes", "turn_outwards"]
+__all__ = [
+    "VIEW",
+    "close_cracks",
+    "drop_needless_faces",
+    "faces_at_edges",
+    "merge_vertices",
+    "signed_volumes",
+    "turn_outwards",
+]
 
 _CELLS = 2**21 - 8  # along the largest extent: about what float32 resolves, and what trimesh packs into one integer
 _NO_AREA = 1e-14  # of the squared extent
+_CRACK, _OF_SIDE = 1e-3, 0.25  # width of a crack, of the extent and of the sides along it
 _MAX_TURNS = 1_000  # of patches between edges of more than two faces
 _MAX_PATCHES, _FACES_ASKED = 2_000, 5  # patches that are asked which side of them the object is on, at how many faces
 _MAX_CROSSINGS = 256  # of a ray
@@ -67,6 +78,46 @@ def drop_needless_faces(surface: trimesh.Trimesh, extent: float) -> tuple[int, i
     return n_faces - n_shaped + n_on_line, n_shaped - len(surface.faces) - n_on_line
 
 
+def close_cracks(surface: trimesh.Trimesh, extent: float) -> int:
+    """Join vertices on the two sides of a crack: rims that run beside each other, nearer than anything else is.
+
+    Two vertices on rims are joined when each is the other's nearest, to a thousandth of the extent [m] and to a quarter
+    of the sides next to them, unless no rim becomes shorter by it.
+
+    Returns:
+        How many vertices were joined with another.
+    """
+    rims = _rims(surface)
+    if not len(rims):
+        return 0
+    vertices = surface.vertices
+    on_rim, ends = np.unique(rims, return_inverse=True)
+    shortest = np.full(len(on_rim), np.inf)
+    np.minimum.at(
+        shortest, ends.reshape(-1, 2), np.linalg.norm(vertices[rims[:, 0]] - vertices[rims[:, 1]], axis=1)[:, None]
+    )
+    near = _CRACK * extent
+    distances, nearest = cKDTree(vertices[on_rim]).query(vertices[on_rim], 2, distance_upper_bound=near)
+    other = nearest[:, 1]
+    pairs = np.flatnonzero(distances[:, 1] < _OF_SIDE * shortest)
+    pairs = pairs[(other[other[pairs]] == pairs) & (pairs < other[pairs])]
+    renamed = np.arange(len(vertices))
+    renamed[on_rim[other[pairs]]] = on_rim[pairs]
+    faces = renamed[surface.faces]
+    faces = faces[(faces != np.roll(faces, 1, axis=1)).all(axis=1)]
+    if len(_rims(trimesh.Trimesh(vertices, faces, process=False))) >= len(rims):
+        return 0
+    surface.faces = faces
+    surface.remove_unreferenced_vertices()
+    return len(pairs)
+
+
+def _rims(surface: trimesh.Trimesh) -> NDArray[np.integer]:
+    """Edges (n, 2) that have one face."""
+    single = np.bincount(surface.edges_unique_inverse)[surface.edges_unique_inverse] == 1
+    return np.asarray(surface.edges_sorted[single])
+
+
 def faces_at_edges(mesh: Mesh) -> NDArray[np.int64]:
     """How many faces meet at each edge, (n_edges,)."""
     if mesh.watertight:  # known without trimesh's search for edges, which takes half a second for 400,000 faces
@@ -84,9 +135,9 @@ def turn_outwards(mesh: Mesh) -> tuple[Mesh, int, int]:
         The mesh, the number of faces that were turned over, and the number of parts that share no vertex.
     """
     faces, wrong = mesh.faces, np.zeros(len(mesh.faces), dtype=bool)
-    label = connected_component_labels(np.concatenate([faces[:, :2], faces[:, 1:]]), len(mesh.vertices))
-    group = label[faces[:, 0]]
-    if not mesh.watertight:
+    if mesh.watertight:
+        group = parts_by_edges(faces, len(mesh.vertices))  # a vertex in common does not make two parts face one way
+    else:
         wrong = _wound_against(mesh.trimesh)
         against, group = _patches_against(mesh.trimesh, np.where(wrong[:, None], faces[:, ::-1], faces))
         wrong ^= against
@@ -95,6 +146,9 @@ def turn_outwards(mesh: Mesh) -> tuple[Mesh, int, int]:
     flipped = int(np.count_nonzero(wrong ^ inward))
     if flipped:
         mesh = Mesh(mesh.vertices, np.where(inward[:, None], faces[:, ::-1], faces))
+    if mesh.watertight and not group.any():
+        return mesh, flipped, 1
+    label = connected_component_labels(np.concatenate([faces[:, :2], faces[:, 1:]]), len(mesh.vertices))
     return mesh, flipped, int(label.max()) + 1
 
 
@@ -198,7 +252,9 @@ def _inward(vertices: NDArray[np.float64], faces: NDArray[np.integer], part: NDA
     if len(against):
         shell = trimesh.Trimesh(vertices, faces[part == largest], process=False)
         first_faces = np.unique(part, return_index=True)[1][against]
-        cavities = contains_points(shell.ray, vertices[faces[first_faces, 0]], check_direction=VIEW)
+        # Not a corner: it may lie on the largest part, too.
+        middles = vertices[faces[first_faces]].mean(axis=1)
+        cavities = contains_points(shell.ray, middles, check_direction=VIEW)
         inward[against[cavities]] = inward[largest]
     return np.asarray(inward[part])
 

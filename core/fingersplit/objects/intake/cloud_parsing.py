@@ -60,7 +60,7 @@ def parse_cloud(data: bytes, file_type: str) -> RawCloud:
     except MemoryError as error:
         raise ObjectFileError("too_many_points", "The cloud does not fit in memory; thin it out first.") from error
     except zipfile.BadZipFile:
-        raise malformed("The NPZ file is no whole zip archive.") from None
+        raise or_other_format(malformed("The NPZ file is no whole zip archive."), data, file_type) from None
     except Exception as error:
         # As with meshes: the parsers raise anything on broken files, and the file is at fault.
         raise malformed(f"The file does not follow the {file_type.upper()} format.") from error

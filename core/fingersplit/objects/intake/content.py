@@ -21,6 +21,10 @@ _PACKED = {
 }
 _TEXT = ("obj", "off", "ply", "stl", "pcd")
 """Formats that are, or may be, text."""
+_BEGIN_WITH_A_WORD = ("off", "ply", "pcd")
+"""Those that blank lines may stand before; a binary STL may begin with blanks of its own."""
+_END_OF_TEXT = b"\0\x1a"
+"""What old systems put behind the last line of a text."""
 _OTHERS = {
     b"glTF": ("GLB", "glb"),
     b"ply\n": ("PLY", "ply"),
@@ -29,6 +33,7 @@ _OTHERS = {
     b"solid": ("STL", "stl"),
     b"# .PCD": ("PCD", "pcd"),
     b"v ": ("OBJ", "obj"),
+    b"{\\rtf": ("a formatted text (RTF)", None),
     b"{": ("JSON, such as glTF as text or an error message", None),
     b"<?xml": ("XML, such as COLLADA, X3D or an error message", None),
     b"ISO-10303-21": ("STEP", None),
@@ -59,6 +64,8 @@ def checked_content(data: bytes, file_type: str) -> bytes:
         raise ObjectFileError("empty", f"The file is empty ({len(data)} bytes); it should hold an object as {kind}.")
     if data.startswith(_BYTE_ORDER_MARK):
         data = data[len(_BYTE_ORDER_MARK) :]
+    if file_type in _BEGIN_WITH_A_WORD:
+        data = data.lstrip()
     head = data[:_HEAD].lstrip()
     if head.startswith(b"version https://git-lfs.github.com/spec/"):
         store = "Git LFS; get the file with 'git lfs pull'"
@@ -74,7 +81,7 @@ def checked_content(data: bytes, file_type: str) -> bytes:
             raise ObjectFileError("packed", f"The file is packed ({archive}), not plain {kind}; unpack it first.")
     if head[:14].lower().startswith((b"<!doctype html", b"<html")):
         raise ObjectFileError("web_page", f"The file is a web page, not {kind}: the download went wrong.")
-    return _with_lines(data) if file_type in _TEXT else data
+    return _with_lines(data, file_type) if file_type in _TEXT else data
 
 
 def or_other_format(refusal: ObjectFileError, data: bytes, file_type: str) -> ObjectFileError:
@@ -88,7 +95,9 @@ def or_other_format(refusal: ObjectFileError, data: bytes, file_type: str) -> Ob
     head = data[:_HEAD].lstrip()
     for mark, (what, suffix) in _OTHERS.items():
         if head.startswith(mark) and suffix != file_type:
-            right = f"give it the suffix .{suffix}" if suffix else "export the mesh as STL, OBJ, PLY, OFF or GLB"
+            cloud = ", or the cloud as PLY, PCD or NPZ" if file_type in ("pcd", "npz") else ""
+            export = f"export the mesh as STL, OBJ, PLY, OFF or GLB{cloud}"
+            right = f"give it the suffix .{suffix}" if suffix else export
             return ObjectFileError("other_format", f"The file is {what}, not {file_type.upper()}: {right}.")
     return refusal
 
@@ -105,9 +114,14 @@ def _encoding(head: bytes) -> str | None:
     return None
 
 
-def _with_lines(data: bytes) -> bytes:
-    """A text whose lines end in CR alone, as old programs write it, with LF instead; other files as they are."""
-    head = data[:_HEAD]
-    if b"\r" not in head or b"\n" in data or b"binary" in head or head.translate(None, _CONTROL_CHARACTERS) != head:
+def _with_lines(data: bytes, file_type: str) -> bytes:
+    """A text without marks of old systems: lines that end in CR alone, and NUL or Ctrl-Z behind the last one.
+
+    Files that are binary, or say so, stay as they are.
+    """
+    head = data[:_HEAD].rstrip(_END_OF_TEXT)
+    if b"binary" in head or head.translate(None, _CONTROL_CHARACTERS) != head:
         return data
-    return data.replace(b"\r", b"\n")
+    if data[-1:] in (b"\0", b"\x1a") and file_type != "stl":  # text in STL ends with a word of its own
+        data = data.rstrip(_END_OF_TEXT)
+    return data.replace(b"\r", b"\n") if b"\r" in head and b"\n" not in data else data

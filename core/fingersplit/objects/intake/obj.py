@@ -14,6 +14,9 @@ __all__ = ["parse_obj"]
 
 _NEEDLESS = re.compile(rb"#.*|/\S*")  # comments, and indices of textures and normals
 
+_KEYWORDS = (b"v", b"f", b"fo")
+"""Vertices and faces, which old versions of the format call 'fo', too."""
+
 
 def parse_obj(data: bytes) -> tuple[NDArray[np.float64], Polygons]:
     """Vertices (n, 3) and polygons; relative indices, which count back from their line, become absolute."""
@@ -24,7 +27,7 @@ def parse_obj(data: bytes) -> tuple[NDArray[np.float64], Polygons]:
     for number, words in _lines(data):
         if words[0] == b"v":
             points += _coordinates(words[1:], number)
-        elif words[0] == b"f":
+        else:
             polygon = _polygon(words[1:], number, len(points) // 3, n_vertices)
             corners += polygon
             sizes.append(len(polygon))
@@ -43,19 +46,22 @@ def _lines(data: bytes) -> Iterator[tuple[int, list[bytes]]]:
         if line.endswith(b"\\"):
             continue
         words = _NEEDLESS.sub(b"", b" ".join(parts)).split()
-        if words and words[0] in (b"v", b"f"):
+        if words and words[0] in _KEYWORDS:
             yield number - len(parts) + 1, words
         parts = []
 
 
 def _coordinates(words: list[bytes], line: int) -> list[float]:
-    if len(words) < 3:
-        raise malformed(f"The vertex on line {line} has {len(words)} coordinates instead of 3.")
+    where = f"The vertex on line {line}"
     try:
-        return [float(word) for word in words[:3]]
+        if len(words) > 2:
+            return [float(word) for word in words[:3]]
     except ValueError:
-        wrong = next(word for word in words if not _is_number(word))
-        raise not_a_number(wrong, f"The vertex on line {line}") from None
+        pass
+    for word in words[:3]:
+        if not _is_number(word):
+            raise not_a_number(word, where)
+    raise malformed(f"{where} has {len(words)} {'coordinate' if len(words) == 1 else 'coordinates'} instead of 3.")
 
 
 def _is_number(word: bytes) -> bool:

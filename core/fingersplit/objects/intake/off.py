@@ -20,11 +20,15 @@ __all__ = ["parse_off"]
 
 _HEADER = re.compile(rb"\s*(?:ST)?C?N?OFF\s+(\d{1,18})\s+(\d{1,18})(?:[ \t]+\d+)?[ \t]*\r?\n")
 
+_BINARY = re.compile(rb"\s*(?:ST)?C?N?4?n?OFF\s+BINARY\b")
+
 
 def parse_off(data: bytes) -> tuple[NDArray[np.float64], Polygons]:
     """Vertices (n, 3) and polygons; colours and normals behind them are left out."""
     text = re.sub(rb"#[^\r\n]*", b"", data)
     header = _HEADER.match(text)
+    if header is None and _BINARY.match(text):
+        raise ObjectFileError("binary_off", "The OFF file is binary; save it as text.")
     if header is None:
         raise ObjectFileError(
             "not_off", "The file does not start with 'OFF' and the numbers of vertices and faces on a line."

@@ -12,6 +12,7 @@ from fingersplit.errors import ObjectFileError
 from fingersplit.objects.intake.ply_kernel import find_values
 from fingersplit.objects.intake.polygons import Polygons
 from fingersplit.objects.intake.refusals import (
+    BLANKS,
     MAX_FACES,
     MAX_FACES_AS_TEXT,
     check_count,
@@ -123,13 +124,16 @@ def _read(data: bytes) -> _Content:
     _check_names(elements)
     n_rows = sum(element.count for element in elements)
     if n_rows > len(body):
-        announced = " and ".join(f"{element.count:,} {element.name} rows" for element in elements[:3])
-        raise truncated(announced, f"{len(body):,} bytes for them")
+        raise truncated(_counts(elements[:3]), f"{len(body):,} bytes for them")
     check_count(sum(element.count for element in elements if element.name == "face"), MAX_FACES)
     if encoding != "ascii":
         return _read_binary(elements, body)
     check_count(n_rows, MAX_FACES_AS_TEXT, "rows")
     return _read_text(elements, body, data.count(b"\n", 0, len(data) - len(body)) + 1)
+
+
+def _counts(elements: list[_Element]) -> str:
+    return " and ".join(f"{element.count:,} {element.name} rows" for element in elements)
 
 
 def _read_header(data: bytes) -> tuple[list[_Element], str, bytes]:
@@ -180,9 +184,10 @@ def _read_binary(elements: list[_Element], body: bytes) -> _Content:
                 within = np.arange(len(starts)) - np.repeat(np.cumsum(sizes[:, k]) - sizes[:, k], sizes[:, k])
                 values = _gathered(octets, starts + within * item.type.itemsize, item.type)
                 content.corners[element.name], content.sizes[element.name] = values.astype(np.int64), sizes[:, k]
-    if at < len(body):
+    if body[at:].strip(BLANKS):
         left = len(body) - at
-        raise mismatch(f"The rows that the PLY header counts end {left:,} bytes before the file does.")
+        follow = "byte follows" if left == 1 else "bytes follow"
+        raise mismatch(f"The PLY header counts {_counts(elements)}, but {left:,} {follow} the last of them.")
     return content
 
 
@@ -219,8 +224,7 @@ def _read_text(elements: list[_Element], body: bytes, begin: int) -> _Content:
     rows = [(begin + k, line.split()) for k, line in enumerate(body.splitlines()) if line.strip()]
     n_rows = sum(element.count for element in elements)
     if len(rows) < n_rows:
-        counts = " and ".join(f"{element.count:,} {element.name} rows" for element in elements)
-        raise truncated(f"{counts}, a line each", f"{len(rows):,} lines")
+        raise truncated(f"{_counts(elements)}, a line each", f"{len(rows):,} lines")
     if len(rows) > n_rows:
         raise mismatch(f"The PLY header counts {n_rows:,} rows, but {len(rows):,} lines follow.")
     content, left = _Content(), iter(rows)

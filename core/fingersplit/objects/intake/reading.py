@@ -4,7 +4,13 @@ import numpy as np
 import trimesh
 
 from fingersplit.errors import ObjectFileError
-from fingersplit.objects.intake.cleaning import drop_needless_faces, faces_at_edges, merge_vertices, turn_outwards
+from fingersplit.objects.intake.cleaning import (
+    close_cracks,
+    drop_needless_faces,
+    faces_at_edges,
+    merge_vertices,
+    turn_outwards,
+)
 from fingersplit.objects.intake.parsing import MESH_FORMATS, parse
 from fingersplit.objects.intake.report import LISTED_HOLES, IntakeReport
 from fingersplit.objects.intake.shells import drop_inner_parts, find_holes
@@ -29,9 +35,9 @@ _NO_THICKNESS = 1e-6  # of the extent
 def read_mesh(data: bytes, file_type: str, source: ObjectSource | None = None) -> tuple[Mesh, IntakeReport]:
     """Turn a mesh file into a clean surface: repair what has one right answer, refuse the rest.
 
-    Coincident vertices are merged, degenerate and duplicate faces and unused vertices dropped, faces turned so that
-    they run counter-clockwise seen from outside, and parts inside others dropped. Holes are found and left open. The
-    frame stays the file's.
+    Coincident vertices and those on the two sides of a crack are merged, degenerate and duplicate faces and unused
+    vertices dropped, faces turned so that they run counter-clockwise seen from outside, and parts inside others
+    dropped. Holes are found and left open. The frame stays the file's.
 
     Args:
         data: The file's bytes.
@@ -55,7 +61,14 @@ def read_mesh(data: bytes, file_type: str, source: ObjectSource | None = None) -
     merged = merge_vertices(surface, extent)
     degenerate, duplicate = drop_needless_faces(surface, extent)
     _check_area(surface.area, extent)
-    mesh, flipped, n_parts = turn_outwards(Mesh(surface.vertices, surface.faces))
+    mesh = Mesh(surface.vertices, surface.faces)
+    joined = 0 if mesh.watertight else close_cracks(surface, extent)
+    if joined:
+        merged += joined
+        more = drop_needless_faces(surface, extent)
+        degenerate, duplicate = degenerate + more[0], duplicate + more[1]
+        mesh = Mesh(surface.vertices, surface.faces)
+    mesh, flipped, n_parts = turn_outwards(mesh)
     n_cleaned = len(mesh.vertices)
     mesh, n_inner = drop_inner_parts(mesh)
     holes = find_holes(mesh)

@@ -6,8 +6,9 @@ from scipy.spatial import cKDTree
 
 from fingersplit.errors import ObjectFileError
 from fingersplit.objects.cloud import MIN_POINTS, PointCloud, check_cloud
-from fingersplit.objects.cloud.checks import contradict, point_inwards, scene_plane
+from fingersplit.objects.cloud.checks import belong, contradict, point_inwards
 from fingersplit.objects.cloud.normals import find_outliers
+from fingersplit.objects.cloud.planes import scene_share
 from fingersplit.objects.intake.cloud_parsing import RawCloud, parse_cloud
 from fingersplit.objects.intake.report import CloudReport
 from fingersplit.objects.source import ObjectSource
@@ -57,7 +58,7 @@ def read_cloud(data: bytes, file_type: str, source: ObjectSource | None = None) 
         viewpoint=cloud.viewpoint is not None,
         spacing=float(np.median(cKDTree(points).query(points, 2)[0][:, 1])),
         normals_turned=turned,
-        plane_share=scene_plane(points),
+        plane_share=scene_share(points, viewpoint),
         support=support is not None,
     )
 
@@ -88,10 +89,11 @@ def _kept(raw: RawCloud) -> tuple[NDArray[np.integer], int, int]:
 
 
 def _usable(points: NDArray[np.float64], normals: NDArray[np.float64]) -> NDArray[np.float64] | None:
-    """The normals, if all of them are directions and do not contradict each other."""
+    """The normals, if all of them are directions, do not contradict each other and are those of the points."""
     with np.errstate(over="ignore", invalid="ignore"):
         lengths = np.linalg.norm(normals, axis=1)
     good = np.isfinite(lengths) & (lengths > 1e-6)
-    if not good.all() or contradict(points, normals / lengths[:, None]):
+    if not good.all():
         return None
-    return np.asarray(normals / lengths[:, None])
+    normals = normals / lengths[:, None]
+    return None if contradict(points, normals) or not belong(points, normals) else normals

@@ -2,12 +2,24 @@
 
 from fingersplit.errors import ObjectFileError
 
-__all__ = ["MAX_FACES", "MAX_FACES_AS_TEXT", "check_count", "malformed", "mismatch", "not_a_number", "truncated"]
+__all__ = [
+    "BLANKS",
+    "MAX_FACES",
+    "MAX_FACES_AS_TEXT",
+    "check_count",
+    "malformed",
+    "mismatch",
+    "not_a_number",
+    "truncated",
+]
 
 MAX_FACES = 2_000_000
 """Most triangles a file may hold; a finer mesh adds memory and time, not grasps."""
 MAX_FACES_AS_TEXT = 1_000_000
 """Most of them as text, whose words take time and memory: some seconds and 500 MB for as many."""
+
+BLANKS = b"\0 \t\r\n"
+"""Bytes that may follow the end of a binary file and mean nothing."""
 
 
 def malformed(what: str) -> ObjectFileError:
@@ -32,6 +44,10 @@ def truncated(announced: str, present: str) -> ObjectFileError:
 def not_a_number(word: bytes, where: str, *, whole: bool = False) -> ObjectFileError:
     """The error for a word of a text file that should be a number, or a whole one."""
     text = repr(word.decode("latin1")[:30])
+    if b";" in word or word.count(b",") > 1:
+        return ObjectFileError(
+            "malformed", f"{where} has {text}; numbers are separated by blanks, and decimals written with a point."
+        )
     if b"," in word:
         return ObjectFileError(
             "malformed", f"{where} has {text}, a number with a comma; decimals are written with a point, such as 0.5."

@@ -21,7 +21,7 @@ class IntakeReport:
         faces_in_file: Triangles found, polygons counted as the triangles they were split into.
         vertices: Vertices left.
         faces: Triangles left.
-        merged_vertices: Vertices joined with one at the same place.
+        merged_vertices: Vertices joined with one at the same place, or on the other side of a crack.
         unused_vertices: Vertices dropped because no kept face has them.
         degenerate_faces: Faces dropped because they have no area.
         duplicate_faces: Faces dropped because another has the same corners.
@@ -119,8 +119,8 @@ class CloudReport:
         viewpoint: Whether it is known where the camera stood.
         spacing: Typical distance of a point from the nearest other [m].
         normals_turned: Whether the normals pointed inwards and were turned over.
-        plane_share: Share of the points that lie in a plane with far fewer on its other side, as a table has; 0 where
-            no plane takes most of them.
+        plane_share: Share of the points that lie in planes which the others stand on or before, as a table and walls; 0
+            where there are none.
         support: Whether it is known what the object stands on, so that what one view did not see of it is assumed.
     """
 
@@ -148,8 +148,9 @@ class CloudReport:
         remarks = list[str]()
         if self.plane_share:
             remarks.append(
-                f"A plane takes {self.plane_share:.0%} of the points: this looks like a scene, not an object. Cut the "
-                "object out of the cloud first."
+                f"{self.plane_share:.0%} of the points lie in a plane, or several, that the others stand on or before, "
+                "as a table or a wall: this looks like a scene, not an object. Cut the object out of the cloud first; "
+                "from a depth image with a mask, 'fingersplit from-depth' and POST /v1/scenes/from-depth do."
             )
         if self.support and self.viewpoint:
             remarks.append(

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from fingersplit.errors import ObjectFileError
 from fingersplit.objects.intake.polygons import Polygons
 from fingersplit.objects.intake.refusals import (
+    BLANKS,
     MAX_FACES,
     MAX_FACES_AS_TEXT,
     check_count,
@@ -28,9 +29,9 @@ _VERTEX = re.compile(rb"^[ \t]*vertex[ \t]+([^\r\n]*)", re.MULTILINE)
 def parse_stl(data: bytes) -> tuple[NDArray[np.float64], Polygons]:
     """Vertices (n, 3) and triangles; a binary file is known by its length, since it may start with ``solid``."""
     announced = int.from_bytes(data[_HEADER - 4 : _HEADER], "little")
-    present, rest = divmod(len(data) - _HEADER, _FACET.itemsize)
+    present, end = (len(data) - _HEADER) // _FACET.itemsize, _HEADER + announced * _FACET.itemsize
     is_text = len(data[:1024].translate(None, _CONTROL_CHARACTERS)) == len(data[:1024])
-    if present == announced and (rest == 0 or not (is_text or data[-rest:].strip(b"\0 \t\r\n"))):
+    if len(data) == end or (announced and len(data) > end and not (is_text or data[end:].strip(BLANKS))):
         check_count(announced, MAX_FACES)
         points = np.frombuffer(data, _FACET, announced, _HEADER)["points"].reshape(-1, 3).astype(np.float64)
     elif is_text:
@@ -40,7 +41,7 @@ def parse_stl(data: bytes) -> tuple[NDArray[np.float64], Polygons]:
     elif present < announced:
         raise truncated(f"{announced:,} triangles", f"bytes for {present:,}")
     else:
-        left = len(data) - _HEADER - announced * _FACET.itemsize
+        left = len(data) - end
         follow = "byte follows" if left == 1 else "bytes follow"
         raise mismatch(f"The STL header counts {announced:,} triangles, but {left:,} {follow} the last of them.")
     return points, Polygons.of_triangles(np.arange(len(points)).reshape(-1, 3))
