@@ -108,8 +108,13 @@ class Storage:
         return path
 
     def claim(self, path: Path) -> None:
-        """Say that a file is needed, so that clean-up leaves it for a while."""
-        path.touch()
+        """Say that a file is needed, wherever it was written, so that clean-up leaves it for a while.
+
+        Raises:
+            FileNotFoundError: It is nowhere.
+            BlobsUnavailable: The object store does not answer.
+        """
+        os.utime(self.local(path))
         if self.shared is not None:
             self.shared.put(self._name(path), path)
 

@@ -79,6 +79,13 @@ def test_two_machines_see_each_others_files(blobs, tmp_path):
         staged.write_bytes(b"picture")
     assert there.exists(there.shape("one"))
     assert there.local(there.shape("one")).read_bytes() == b"shape"
+    there.claim(there.shape("one"))
+    third = Storage(tmp_path / "third", shared=blobs)
+    third.claim(third.shape("one"))  # which has not even the folder
+    assert third.shape("one").read_bytes() == b"shape"
+    with pytest.raises(FileNotFoundError):
+        third.claim(third.shape("none"))
+    assert not third.exists(third.shape("none"))
     assert there.objects_before(4e9) == ["one"]
     assert there.job_folders_before(4e9) == ["job"]
     assert there.job_folders_beyond(0) == ["job"]

@@ -67,6 +67,20 @@ async def test_any_replica_answers_for_any_job(two):
 
 
 @pytest.mark.anyio
+async def test_an_object_uploaded_again_at_another_replica_stays_whole(two):
+    here, there = two
+    kept = here.data_dir / "shared" / "objects"
+    answers, sizes = [], []
+    for api in (here, there, here):
+        answers.append(await api.upload(cube_file(7), "cube.off", unit="cm"))
+        sizes.append((kept / f"{answers[-1].json()['id']}.npz").stat().st_size)
+    assert [answer.status_code for answer in answers] == [201, 200, 200]
+    assert len({answer.json()["id"] for answer in answers}) == 1
+    assert len(set(sizes)) == 1
+    assert sizes[0] > 0
+
+
+@pytest.mark.anyio
 async def test_a_job_is_cancelled_by_the_other_replica(two):
     here, there = two
     job_id = await here.queue(HANGS)

@@ -287,7 +287,8 @@ def insert_missing(connection: sa.Connection, table: sa.Table, row: Mapping[str,
     """Insert a row unless one with the same values in the columns ``unique`` is there; whether it was inserted."""
     dialect: Any = sqlite if connection.dialect.name == "sqlite" else postgresql
     insert = dialect.insert(table).values(row).on_conflict_do_nothing(index_elements=unique)
-    return bool(connection.execute(insert).rowcount == 1)
+    # Not by the number of rows, which is kept of updates and deletions only.
+    return connection.execute(insert.returning(table.c[unique[0]])).first() is not None
 
 
 def transaction(

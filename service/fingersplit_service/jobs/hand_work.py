@@ -188,9 +188,9 @@ def _keep(storage: Storage, folder: Path) -> dict[str, Any]:
     hand = load_hand(packed)
     report = _report(hand, packed)
     report["report"]["name"] = hand_id
-    if storage.exists(storage.hand(hand_id)):
-        storage.claim(storage.local(storage.hand(hand_id)))
-    else:
+    try:
+        storage.claim(storage.hand(hand_id))
+    except FileNotFoundError:
         with storage.atomic(storage.hand(hand_id)) as staged:
             shutil.copy(packed, staged)
     with storage.atomic(storage.hand_view(hand_id, "report.json"), durable=False) as staged:

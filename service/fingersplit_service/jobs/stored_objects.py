@@ -45,15 +45,15 @@ def keep_object(
     object_id = model_id(shape.content_hash, options)
     model = prepare_cached(_cache(storage), object_id, lambda: shape, object_id, options, source, report)
     path = storage.shape(object_id)
-    if not storage.exists(path):
+    try:
+        storage.claim(path)
+    except FileNotFoundError:
         names = ("vertices", "faces") if isinstance(shape, Mesh) else ("points", "normals", "viewpoint", "support")
         arrays = {name: getattr(shape, name) for name in names if getattr(shape, name) is not None}
         with storage.atomic(path) as staged:
             for said, part in (("options", options), ("source", source), ("report", report)):
                 arrays[said] = np.array(json.dumps(part.to_document()))
             np.savez(staged, allow_pickle=False, **arrays)
-    else:
-        storage.claim(path)
     return model
 
 
