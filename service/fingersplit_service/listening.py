@@ -1,6 +1,8 @@
 """The server: silent, slow and endless connections are closed, and a stop ends all waits."""
 
 import asyncio
+import signal
+import sys
 from collections import OrderedDict
 from contextlib import suppress
 from types import FrameType
@@ -165,5 +167,7 @@ def serve_app(app: FastAPI, settings: ServiceSettings) -> None:
         server_header=False,
         timeout_graceful_shutdown=_GRACE,
     )
-    with suppress(KeyboardInterrupt):  # uvicorn repeats the signal once it has stopped cleanly
+    # uvicorn repeats the signal once it has stopped cleanly, which is then the end and no fault.
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(0))
+    with suppress(KeyboardInterrupt):
         _Server(config, app, settings.drain_s).run()

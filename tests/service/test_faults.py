@@ -190,7 +190,7 @@ def test_a_service_told_to_stop_leaves_nothing_running(tmp_path, unused_port, cu
         wait_until(lambda: len(list(tmp_path.glob("*.begun"))) == 1)
         workers = children(process.pid)
         process.send_signal(stop)
-        process.wait(PATIENCE)
+        assert process.wait(PATIENCE) == 0
         assert not any(alive(worker) for worker in workers)
 
 
