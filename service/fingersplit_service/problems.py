@@ -118,6 +118,17 @@ _EVERYWHERE = (
 _PROBLEM_REFERENCE = {"$ref": "#/components/schemas/Problem"}
 
 
+_UNREADABLE = {
+    "Missing boundary in multipart.": "The form's Content-Type names no boundary: multipart/form-data; boundary=...; "
+    "clients such as curl -F set it themselves.",
+    "Invalid multipart data.": "The body is no form with the boundary that its Content-Type names; clients such as "
+    "curl -F set it themselves.",
+    "There was an error parsing the body": "The body cannot be read: it is no text in UTF-8, or not what its "
+    "Content-Type and Content-Encoding say.",
+}
+"""What FastAPI and Starlette say of bodies that they cannot parse, and what that means."""
+
+
 def problem_answers(*kinds: ProblemKind) -> dict[int | str, dict[str, Any]]:
     """The ``responses`` of an endpoint that may end in these kinds of problems, besides those of every request."""
     answers: dict[int | str, dict[str, Any]] = {}
@@ -169,7 +180,8 @@ async def _http_error(request: Request, error: Exception) -> Response:
         detail = f"{request.url.path} does not take {request.method}; it takes {allowed}."
         problem = ProblemKind.METHOD_NOT_ALLOWED.document(detail)
     else:
-        problem = ProblemKind.BAD_REQUEST.document(str(error.detail)).model_copy(update={"status": error.status_code})
+        detail = _UNREADABLE.get(str(error.detail), str(error.detail))
+        problem = ProblemKind.BAD_REQUEST.document(detail).model_copy(update={"status": error.status_code})
     return problem_response(problem, dict(error.headers or {}))
 
 

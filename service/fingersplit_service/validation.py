@@ -13,16 +13,17 @@ def pointer(fault: Mapping[str, Any]) -> str:
     if fault["type"] == "json_invalid":
         return ""
     source, *path = fault["loc"]
-    return "".join(f"/{part}" for part in path) if source == "body" else str(path[-1] if path else source)
+    if source == "body":
+        return "".join(f"/{part}" for part in path)
+    return str(next((part for part in path if isinstance(part, str)), source))  # not the place in a list of values
 
 
 def describe_fault(fault: Mapping[str, Any], scope: MutableMapping[str, Any]) -> str:
     """What is wrong with one field, and what would be right."""
     kind, location = fault["type"], fault["loc"]
     if kind == "json_invalid":
-        reason = fault.get("ctx", {}).get("error", fault["msg"])
         place = f" at character {location[-1]}" if isinstance(location[-1], int) else ""
-        return f"The body is not JSON: {reason}{place}."
+        return f"The body is not JSON: it breaks off, or breaks the rules{place}."
     if kind == "missing" and location == ("body",):
         return "A JSON body is needed, with Content-Type: application/json."
     if kind == "missing" and location == ("body", "file"):

@@ -308,3 +308,23 @@ async def test_a_repeated_key_of_a_json_body_is_refused(api, body, field):
     problem = refusal(await api.http.post("/v1/jobs", content=body, headers=JSON), 422, "invalid-request")
     assert problem.errors[0].field == field
     assert "more than once" in problem.detail
+
+
+@pytest.mark.parametrize(
+    ("content", "headers", "words"),
+    [
+        (b"--x\r\n", {"Content-Type": "multipart/form-data"}, "names no boundary"),
+        (b"solid", {"Content-Type": "multipart/form-data; boundary=x"}, "no form with the boundary"),
+    ],
+)
+async def test_forms_that_are_none_are_refused_in_own_words(api, content, headers, words):
+    problem = refusal(await api.http.post("/v1/objects", content=content, headers=headers), 400, "bad-request")
+    assert words in problem.detail
+
+
+async def test_broken_json_is_refused_in_own_words_and_lists_by_their_name(api):
+    response = await api.http.post("/v1/jobs", content=b'{"object_id": "x"', headers=JSON)
+    problem = refusal(response, 422, "invalid-request")
+    assert problem.errors[0].detail == "The body is not JSON: it breaks off, or breaks the rules at character 17."
+    problem = refusal(await api.http.get("/v1/jobs?state=done"), 422, "invalid-request")
+    assert problem.errors[0].field == "state"

@@ -73,4 +73,7 @@ def transforms(value: object, name: str) -> NDArray[np.float64]:
             f"{name}[{np.argmax(bad)}] is no rigid transform: its rotation's columns are not unit vectors at right "
             f"angles."
         )
+    mirrored = np.linalg.det(poses[:, :3, :3]) < 0
+    if mirrored.any():
+        raise FormatError(f"{name}[{np.argmax(mirrored)}] is no rigid transform: it mirrors, with determinant -1.")
     return poses

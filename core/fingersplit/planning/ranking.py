@@ -31,6 +31,8 @@ __all__ = ["RankedGrasp", "describe_outcome", "rank_runs"]
 
 SAME_POSITION, SAME_ROTATION = 5e-3, 0.1
 """Palms nearer than this are one grasp, of which the better stays [m], [rad]."""
+MAX_LACKS = 2
+"""Violations that are told of the run that lacks least."""
 BESIDE = 0.9
 """Distance of two pads on one side of a hand, in largest extents of an object, from which on they reach beside it."""
 
@@ -256,8 +258,16 @@ def describe_outcome(
         )
     ends = Counter(run.termination for run in runs)
     reasons = ", ".join(f"{count} {end.label.replace('_', ' ')}" for end, count in ends.most_common())
-    advice = _too_small(runs, hand, model) or ends.most_common(1)[0][0].advice
+    advice = _too_small(runs, hand, model) or f"{_nearest_miss(runs)}{ends.most_common(1)[0][0].advice}"
     return f"None of {len(runs)} starts ended in a feasible grasp: {reasons}. {advice}"
+
+
+def _nearest_miss(runs: Sequence[Run]) -> str:
+    """What the run with the fewest violations lacks, of these the one whose pads are nearest to the surface."""
+    best = min(runs, key=lambda run: (run.violation_count, float(run.last.residuals[: len(run.hand.fingers)].max())))
+    if not best.violations:
+        return ""
+    return f"What the nearest of them lacks: {' '.join(best.violations[:MAX_LACKS])} "
 
 
 def _too_small(runs: Sequence[Run], hand: Hand, model: ObjectModel) -> str:

@@ -38,6 +38,7 @@ def refuse(path, model, name=None) -> str:
         ('[{"center": [0, 0, 1e999], "axis": [0, 0, 1], "open_width": 0.1}]', "not finite"),
         ('{"grasps": {"transforms": [[1]]}}', "grasps.transforms has the shape"),
         (json.dumps({"grasps": {"transforms": (2 * np.eye(4)).reshape(1, 4, 4).tolist()}}), "no rigid transform"),
+        (json.dumps({"grasps": {"transforms": [np.diag([1.0, 1, -1, 1]).tolist()]}}), "it mirrors"),
         (json.dumps({"grasps": {"transforms": [POSE]}, "gripper": "robotiq_2f_140"}), "gripper 'robotiq_2f_140'"),
         (json.dumps({"grasps": {"transforms": [POSE], "object_in_gripper": [1, 1]}}), "has the shape (2,)"),
         (

@@ -1,5 +1,7 @@
 """Balls whose diameter is about twice the distance of the pads from the spread axis were the Map's blind spot."""
 
+import re
+
 import pytest
 
 from fingersplit.hands.hand import load_hand
@@ -31,3 +33,10 @@ def test_what_is_too_small_for_a_hand_is_told(diameter):
     assert f"The object is {diameter} mm in its largest extent" in message
     assert "stayed 52 mm apart in every start: it is too small for this hand" in message
     assert "more starts" not in message
+
+
+def test_a_needle_is_told_what_the_nearest_start_lacks():
+    needle = prepare_object(box((0.06, 0.001, 0.001)), "needle")
+    message = plan(needle, load_hand("three_finger"), starts=8, seed=1).message
+    assert message.startswith("None of ")
+    assert re.search(r"What the nearest of them lacks: The pad of \w+ is [\d.]+ mm from touching", message)
