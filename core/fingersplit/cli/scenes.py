@@ -40,7 +40,7 @@ def read_constraints(file: Path | None, table: bool, approach: Sequence[str]) ->
 
 def _json(file: Path) -> object:
     try:
-        document: object = json.loads(file.read_text())
+        document: object = json.loads(file.read_text("utf-8-sig"))
     except (UnicodeDecodeError, json.JSONDecodeError) as error:
         where = f" beyond line {error.lineno}" if isinstance(error, json.JSONDecodeError) else " in UTF-8"
         raise SceneError("", f"{file} is no JSON{where}.") from error

@@ -89,7 +89,7 @@ def _read_folder(folder: Path, name: str, whole: Path | None = None) -> HandFile
         hint = f"; `fingersplit hand draft {models[0]} -o DIR` proposes one" if models and not places else ""
         raise HandError(f"{name} holds {what} {DESCRIPTION}{hint}.")
     try:
-        text = places[0].read_text("utf-8")
+        text = places[0].read_text("utf-8-sig")
     except UnicodeDecodeError as error:
         raise HandError(f"{name}/{DESCRIPTION} is not UTF-8 text: {error.reason}.") from error
     description = read_description(text, f"{name}/{DESCRIPTION}")

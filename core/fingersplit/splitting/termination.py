@@ -48,8 +48,8 @@ _ADVICE = {
     Termination.STOPPED_BY_PAD_ANGLE: "A pad reached its largest tilt against the surface before quality stopped "
     "rising; raise pad_angle_limit if your pads tolerate more.",
     Termination.ITERATION_LIMIT: "Quality was still rising at the last allowed iteration; raise max_outer_iterations.",
-    Termination.CONTACT_OFF_SURFACE: "Not all pads come to touch the surface at once; try other parallel grasps or more "
-    "starts.",
+    Termination.CONTACT_OFF_SURFACE: "Not all pads come to touch the surface at once; try other parallel grasps or "
+    "more starts.",
     Termination.PAD_ANGLE_VIOLATED: "A pad faces away from the surface it touches; try other approach directions or "
     "more starts.",
     Termination.IN_COLLISION: "A link or the palm lies inside the object; try other approach directions or "

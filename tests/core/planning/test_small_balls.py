@@ -39,4 +39,4 @@ def test_a_needle_is_told_what_the_nearest_start_lacks():
     needle = prepare_object(box((0.06, 0.001, 0.001)), "needle")
     message = plan(needle, load_hand("three_finger"), starts=8, seed=1).message
     assert message.startswith("None of ")
-    assert re.search(r"What the nearest of them lacks: The pad of \w+ is [\d.]+ mm from touching", message)
+    assert re.search(r"What the nearest of them lacks: The pad of .* allowed: [\d.]+ (mm|rad)\.", message)
