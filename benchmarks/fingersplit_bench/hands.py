@@ -20,11 +20,28 @@ from fingersplit.verification.protocols import load_protocol
 from fingersplit_bench.calls import SEED
 from fingersplit_bench.suite import Bench, Chapter, table
 
-__all__ = ["HandRow", "hands_chapter", "hands_there", "measure_hand"]
+__all__ = ["HandRow", "Rates", "hands_chapter", "hands_there", "measure_hand", "measure_rates"]
 
 POSTURES = 10_000
 HANDS_VARIABLE = "FINGERSPLIT_BENCH_HANDS"
 """Environment variable: names, folders or zips of the hands to measure, separated by commas."""
+
+
+@dataclass(frozen=True)
+class Rates:
+    """How fast whole plans are made, by CPU time on one thread over all objects, beside another hand's in turn.
+
+    Attributes:
+        starts_per_s: Starts [1/s].
+        feasible_per_s: Feasible ones of them [1/s].
+        starts_ratio: Starts/s by the other hand's.
+        feasible_ratio: Feasible/s by the other hand's.
+    """
+
+    starts_per_s: float
+    feasible_per_s: float
+    starts_ratio: float
+    feasible_ratio: float
 
 
 @dataclass(frozen=True)
@@ -36,9 +53,8 @@ class HandRow:
         fingers: Active fingers, its joints and its drivers.
         pads_m: Largest difference of pads from MuJoCo's over random postures [m].
         jacobians: The same of their Jacobians by drivers [m/rad].
-        starts_per_s: Starts of whole plans by CPU time on one thread, over all objects [1/s].
-        feasible_per_s: Feasible ones of them [1/s].
-        shares: Share of the starts that are feasible, by object.
+        rates: Speed of its plans and of those of the first hand, taken in turn.
+        shares: Share of the starts that are feasible, by object; the mean over all seeds.
         firsts: Rank that was held first of those verified in order, by object; None where none was.
         lift_s: Time until then, by object [s].
     """
@@ -47,8 +63,7 @@ class HandRow:
     fingers: str
     pads_m: float
     jacobians: float
-    starts_per_s: float
-    feasible_per_s: float
+    rates: "Rates"
     shares: dict[str, float]
     firsts: dict[str, int | None]
     lift_s: dict[str, float]
@@ -57,30 +72,38 @@ class HandRow:
 def hands_chapter(bench: Bench) -> Chapter:
     """Measure every hand that ships, and those with a description whose model is there."""
     hands, missing = hands_there(bench.hand.name)
-    rows = [measure_hand(bench, hand) for hand in hands]
+    rows = [measure_hand(bench, hand, hands[0]) for hand in hands]
+    wider = {f"{grip.name}, {len(grip.fingers)} fingers": grip for hand in hands if (grip := _widest(hand)) is not hand}
+    rates = {name: measure_rates(bench, grip.alone(), hands[0])[0] for name, grip in wider.items()}
     text = "\n\n".join(
         [
-            f"CPU time of whole plans of {bench.starts} starts on one thread. First verified: objects of which one "
-            f"ranked grasp holds `lift`; top-1: of which the first does. Kinematics: {POSTURES:,} random postures "
-            "against MuJoCo.",
-            table(_HEADINGS, [_cells(row, rows[0]) for row in rows]),
+            f"CPU time of whole plans of {bench.starts} starts on one thread, {bench.repeats} seeds, each in turn with "
+            f"a plan of {hands[0].name}. First verified: objects of which one ranked grasp holds `lift`; top-1: of "
+            f"which the first does. Kinematics: {POSTURES:,} random postures against MuJoCo.",
+            table(_HEADINGS, [_cells(row) for row in rows]),
+            "With all fingers that oppose each other instead of the preferred three.",
+            table(["hand", *_RATES], [[name, *_rate_cells(rate)] for name, rate in rates.items()]),
             "Feasible share and rank that held first, by object.",
             table(["object", *(row.name for row in rows)], [_object_cells(name, rows) for name in bench.objects]),
             *([f"Left out: {'; '.join(missing)}"] if missing else []),
         ]
     )
-    return Chapter("Hands", text, {}, {"hands": [asdict(row) for row in rows]})
+    data = {"hands": [asdict(row) for row in rows], "wider": {name: asdict(rate) for name, rate in rates.items()}}
+    return Chapter("Hands", text, {}, data)
 
 
+def _widest(hand: Hand) -> Hand:
+    """The grip with most fingers; the first one where others have no more."""
+    return max(hand.grips, key=lambda grip: len(grip.fingers))
+
+
+_RATES = ["starts/s", "by the first", "feasible/s", "by the first"]
 _HEADINGS = [
     "hand",
     "fingers / joints / drivers",
     "pads [m]",
     "Jacobians [m/rad]",
-    "starts/s",
-    "by the first",
-    "feasible/s",
-    "by the first",
+    *_RATES,
     "feasible",
     "first verified",
     "top-1",
@@ -108,26 +131,17 @@ def hands_there(first: str) -> tuple[list[Hand], list[str]]:
     return hands, missing
 
 
-def measure_hand(bench: Bench, hand: Hand) -> HandRow:
-    """Kinematics, then a plan and its verification until one grasp holds for every object of the bench."""
+def measure_hand(bench: Bench, hand: Hand, first: Hand) -> HandRow:
+    """Kinematics, speed beside the first hand, then a plan and its verification until one holds for every object."""
     bench.note(f"kinematics of {hand.name}")
     pads, jacobians = pad_errors(hand, sample_postures(hand.model, POSTURES, np.random.default_rng(SEED)))
+    rates, shares = measure_rates(bench, hand, first)
     protocol = load_protocol("lift")
-    shares: dict[str, float] = {}
     firsts: dict[str, int | None] = {}
     times: dict[str, float] = {}
-    started = feasible = 0
-    used = 0.0
     for name in bench.objects:
+        bench.note(f"lifting {name} with {hand.name}")
         model = bench.model(name)
-        bench.note(f"{hand.name} and {name}")
-        if not shares:
-            find_grasps(model, hand, starts=4, seed=SEED)  # loads kernels
-        began = process_time()
-        found = find_grasps(model, hand, starts=bench.starts, seed=SEED, threads=1)
-        used += process_time() - began
-        started, feasible = started + len(found.runs), feasible + found.feasible
-        shares[name] = found.feasible / found.starts
         pieces = decompose(model.mesh)
         planned = plan(model, hand, starts=bench.starts, seed=SEED)
         began = perf_counter()
@@ -139,29 +153,57 @@ def measure_hand(bench: Bench, hand: Hand) -> HandRow:
         fingers=f"{len(hand.fingers)} / {len(hand.joint_names)} / {len(hand.driver_names)}",
         pads_m=pads,
         jacobians=jacobians,
-        starts_per_s=started / used,
-        feasible_per_s=feasible / used,
+        rates=rates,
         shares=shares,
         firsts=firsts,
         lift_s=times,
     )
 
 
-def _cells(row: HandRow, first: HandRow) -> list[str]:
+def measure_rates(bench: Bench, hand: Hand, first: Hand) -> tuple[Rates, dict[str, float]]:
+    """Speed of plans beside those of the first hand, and the share of feasible starts by object."""
+    shares: dict[str, float] = {}
+    started, feasible, used = np.zeros(2), np.zeros(2), np.zeros(2)
+    for name in bench.objects:
+        bench.note(f"planning for {hand.name} and {name}")
+        model, before = bench.model(name), feasible[0]
+        if not shares:
+            find_grasps(model, hand, starts=4, seed=SEED)  # loads kernels
+        asked = 0
+        for seed in range(SEED, SEED + bench.repeats):
+            for which, one in enumerate((hand, first)):
+                began = process_time()
+                found = find_grasps(model, one, starts=bench.starts, seed=seed, threads=1)
+                used[which] += process_time() - began
+                started[which] += len(found.runs)
+                feasible[which] += found.feasible
+                asked += found.starts if which == 0 else 0
+        shares[name] = float(feasible[0] - before) / asked
+    starts, successes = started / used, feasible / used
+    return Rates(starts[0], successes[0], starts[0] / starts[1], successes[0] / successes[1]), shares
+
+
+def _cells(row: HandRow) -> list[str]:
     held = [rank for rank in row.firsts.values() if rank is not None]
     return [
         row.name,
         row.fingers,
         f"{row.pads_m:.0e}",
         f"{row.jacobians:.0e}",
-        f"{row.starts_per_s:.0f}",
-        f"{row.starts_per_s / first.starts_per_s:.2f}",
-        f"{row.feasible_per_s:.0f}",
-        f"{row.feasible_per_s / first.feasible_per_s:.2f}",
+        *_rate_cells(row.rates),
         f"{np.mean(list(row.shares.values())):.1%}",
         f"{len(held)} of {len(row.firsts)}",
         f"{sum(rank == 1 for rank in held)}",
         f"{max(row.lift_s.values()):.1f}",
+    ]
+
+
+def _rate_cells(rates: Rates) -> list[str]:
+    return [
+        f"{rates.starts_per_s:.0f}",
+        f"{rates.starts_ratio:.2f}",
+        f"{rates.feasible_per_s:.0f}",
+        f"{rates.feasible_ratio:.2f}",
     ]
 
 

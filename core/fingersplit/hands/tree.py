@@ -1,5 +1,6 @@
 """MJCF or URDF to links, joints and solids: compiled by MuJoCo, cut at the palm, fixed joints folded in."""
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,9 +15,14 @@ from fingersplit.hands.model import Joint, Link, Solid
 from fingersplit.hands.urdf import rewrite_urdf
 from fingersplit.transforms import pose_matrix, rotation_from_wxyz
 
-__all__ = ["Tree", "compile_model", "read_tree"]
+__all__ = ["SLIDE", "Tree", "compile_model", "read_tree"]
 
 MESH = int(mujoco.mjtGeom.mjGEOM_MESH)
+HINGE, SLIDE = int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE)
+MAX_RANGE = 4 * math.pi
+"""[rad]; of a joint."""
+MAX_REACH = 2.0
+"""[m]; of a link from the palm, and of a solid from its link."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,6 +93,8 @@ def read_tree(model: Any, description: HandDescription) -> Tree:
             if body == palm:
                 continue
             if j in fixed:
+                if model.jnt_type[j] not in (HINGE, SLIDE):
+                    _joint(model, j, None)
                 if own:
                     raise HandError(f"Joint {_joint_name(model, j)!r} turns on another one and cannot be fixed.")
                 pose = pose @ _turned(model, j, fixed[j])
@@ -108,21 +116,53 @@ def read_tree(model: Any, description: HandDescription) -> Tree:
             )
         )
     collision, visuals = _solids(model, link_of_body, description)
+    _check_size(links, (*collision, *visuals))
     angles = {
         j: fixed.get(j, float(model.qpos0[model.jnt_qposadr[j]])) for j in range(model.njnt) if j not in joint_of_id
     }
     return Tree(tuple(links), tuple(joints), collision, visuals, link_of_body, joint_of_id, angles)
 
 
+def _check_size(links: list[Link], solids: tuple[Solid, ...]) -> None:
+    """Refuse hands of which no person would say so: their lengths are in millimetres, or their meshes are."""
+    places: list[NDArray[np.float64]] = []
+    for link in links:
+        places.append(link.pose if link.parent < 0 else places[link.parent] @ link.pose)
+        reach = float(np.linalg.norm(places[-1][:3, 3]))
+        if reach > MAX_REACH:
+            raise HandError(
+                f"{link.name!r} is {reach:g} m from the palm. Lengths are read in metres; are the model's in "
+                "millimetres?"
+            )
+    for solid in solids:
+        corners = solid.size if solid.vertices is None else solid.vertices
+        if (size := float(np.abs(corners).max())) > MAX_REACH:
+            what = "solid" if solid.vertices is None else "mesh"
+            raise HandError(
+                f"The {what} {solid.name!r} of {links[solid.link].name!r} reaches {size:g} m from its middle. Lengths "
+                "are read in metres; a mesh in millimetres needs the scale 0.001 in the model."
+            )
+
+
 def _joint(model: Any, j: int, limits: Any) -> Joint:
     name = _joint_name(model, j)
-    if model.jnt_type[j] != mujoco.mjtJoint.mjJNT_HINGE:
-        raise HandError(f"Joint {name!r} is no hinge; only hinges are planned for. Fix it under [fixed] or change it.")
+    if model.jnt_type[j] == SLIDE:
+        raise HandError(
+            f"Joint {name!r} is no hinge, but slides; only hinges are planned for. Hold it where it is under "
+            "[fixed], in metres, or change the model."
+        )
+    if model.jnt_type[j] != HINGE:
+        raise HandError(f"Joint {name!r} is no hinge; only hinges are planned for. Replace it by hinges in the model.")
     if limits is None and not model.jnt_limited[j]:
         raise HandError(f"Joint {name!r} has no limits; give them under [limits] or fix the joint under [fixed].")
     lower, upper = model.jnt_range[j] if limits is None else limits
     if not lower < upper:
         raise HandError(f"Joint {name!r} has the limits {lower:g} to {upper:g}; the lower one must be below.")
+    if upper - lower > MAX_RANGE:
+        raise HandError(
+            f"Joint {name!r} has the limits {lower:g} to {upper:g} rad, more than two turns. Are they in degrees? "
+            "Correct them in the model, or give them under [limits] in radians."
+        )
     return Joint(
         name=name,
         axis=model.jnt_axis[j].copy(),
@@ -134,7 +174,9 @@ def _joint(model: Any, j: int, limits: Any) -> Joint:
 
 
 def _turned(model: Any, j: int, angle: float) -> NDArray[np.float64]:
-    """What a hinge does to its link's pose at an angle [rad], (4, 4)."""
+    """What a hinge does to its link's pose at an angle [rad], or a slide at a length [m], (4, 4)."""
+    if model.jnt_type[j] == SLIDE:
+        return pose_matrix(np.eye(3), (angle - float(model.qpos0[model.jnt_qposadr[j]])) * model.jnt_axis[j])
     turn = np.empty(4)
     mujoco.mju_axisAngle2Quat(turn, model.jnt_axis[j], angle - float(model.qpos0[model.jnt_qposadr[j]]))
     there, rotation = model.jnt_pos[j], rotation_from_wxyz(turn)

@@ -6,12 +6,15 @@ import pytest
 from fingersplit.errors import HandError
 from fingersplit.hands import load_hand
 from fingersplit.hands.check import check_hand
+from fingersplit.hands.check.measures import self_collisions
 from fingersplit.hands.description import read_description
 from fingersplit.hands.draft import description_to_toml, draft_folder, draft_hand
 from fingersplit.hands.draft.structure import find_fingers, find_palm
 from fingersplit.hands.files import find_hand
 from fingersplit.hands.forward import link_poses
 from fingersplit.hands.tree import compile_model
+from fingersplit.splitting.jaw_table import jaw_table
+from folding_hand import write_folding_hand
 from models_folder import models_folder
 from own_hand import COUNTS, FINGERS, hand_mjcf
 
@@ -61,6 +64,41 @@ def test_preshapes_put_pads_in_front_of_each_other(drafted):
     for joints in hand.gripper.preshapes:
         along = hand.pose(joints).pads[: len(hand.fingers)] @ jaw
         assert along[hand.gripper.groups == 0].min() > along[hand.gripper.groups == 1].max()
+
+
+def test_preshapes_and_parked_fingers_stay_out_of_the_palm(tmp_path):
+    """Fingertips that fold down to face each other are proposed where they are outside of the palm."""
+    model = write_folding_hand(tmp_path / "model")
+    draft_folder(model, model.parent, tmp_path / "out")
+    for grip in load_hand(tmp_path / "out").grips:
+        assert min(pair["distance"] for pair in self_collisions(grip)) > 0
+        assert (jaw_table(grip).errors < 2e-3).mean() > 0.02, grip.fingers
+
+
+@pytest.mark.parametrize(
+    ("edit", "said"),
+    [
+        (lambda text: text.replace("-30 60", "-0.5 1.1"), "No joint turns by more than 1.6 degrees"),
+        (
+            lambda text: text.replace('<joint name="thumb_0"', '<joint name="thumb_0" type="ball" limited="false"'),
+            "'thumb_0' is no hinge",
+        ),
+    ],
+)
+def test_what_is_wrong_with_a_model_is_said(edit, said, tmp_path):
+    (tmp_path / "hand.xml").write_text(edit(hand_mjcf()))
+    with pytest.raises(HandError, match=said):
+        draft_hand(tmp_path / "hand.xml", tmp_path)
+
+
+def test_joints_that_slide_are_held(tmp_path):
+    text = hand_mjcf().replace(
+        '<joint name="first_0"', '<joint name="rail" type="slide" range="0 0.01"/><joint name="first_0"'
+    )
+    (tmp_path / "hand.xml").write_text(text)
+    description, notes = draft_hand(tmp_path / "hand.xml", tmp_path)
+    assert description.fixed == {"rail": 0.0}
+    assert any(note.startswith("rail slides") for note in notes)
 
 
 def test_draft_is_read_back_as_it_was(tmp_path):

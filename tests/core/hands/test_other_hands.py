@@ -186,7 +186,14 @@ def with_grip(**changes: Any) -> dict[str, Any]:
         (hand_mjcf(), description() | {"fixed": {"thumb_9": 0.0}}, r"\[fixed\] names the joint 'thumb_9'"),
         (LONG, description((2, 3, 7, 2)), "'second' has 7 joints; fingers of up to 6"),
         (STRAY, description(), "Site 'thumb_pad' of 'thumb' does not hang below the palm"),
-        (SLIDING, description(), r"'thumb_1' is no hinge"),
+        (SLIDING, description(), r"'thumb_1' is no hinge, but slides"),
+        (
+            hand_mjcf().replace('"0 -0.05 0.01"', '"0 -50 10"'),
+            description(),
+            r"'thumb_mount' is 50.* m from the palm.* in millimetres\?",
+        ),
+        (hand_mjcf().replace("0.055 0.06 0.01", "55 60 10"), description(), "'plate' of 'palm' reaches 60 m"),
+        (hand_mjcf().replace('"degree"', '"radian"'), description(), r"limits -30 to 60 rad, .* in degrees\?"),
         (UNLIMITED, description(), r"'thumb_1' has no limits; give them under \[limits\]"),
         (SPRUNG, without("thumb_1"), r"'thumb_1' is held by a spring only. Say under \[couplings\]"),
         (LOOP, description(), r"'thumb_1' and 'first_2' close a loop. .* \[couplings\]"),
@@ -229,6 +236,15 @@ def test_what_no_kernel_computes_is_refused(own_hand, mjcf, described, said):
 def test_faults_of_a_description_name_the_field_and_what_would_be_right(own_hand, changes, said):
     with pytest.raises(HandError, match=rf"hand\.toml: {re.escape(said)}$"):
         own_hand(hand_mjcf(), description() | changes)
+
+
+def test_a_slide_is_held_where_the_description_says(own_hand):
+    places = []
+    for length in (0.0, 0.01):
+        hand = own_hand(SLIDING, without("thumb_1") | {"fixed": {"thumb_1": length}})
+        joints = np.zeros(len(hand.joint_names))
+        places.append(hand.pose(joints).pads[ACTIVE.index("thumb")])
+    assert np.linalg.norm(places[1] - places[0]) == pytest.approx(0.01)
 
 
 def test_more_fingers_than_the_kernels_have_room_for_are_refused(own_hand):

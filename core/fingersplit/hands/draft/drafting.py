@@ -1,5 +1,6 @@
 """The whole description of a hand from its model file alone, by moving it."""
 
+import math
 import shutil
 from dataclasses import replace
 from itertools import combinations
@@ -31,7 +32,7 @@ from fingersplit.hands.fingers import Pad
 from fingersplit.hands.forward import link_poses
 from fingersplit.hands.limits import MAX_CHAIN_JOINTS, MAX_FINGERS
 from fingersplit.hands.model import HandModel
-from fingersplit.hands.tree import compile_model, read_tree
+from fingersplit.hands.tree import SLIDE, compile_model, read_tree
 
 __all__ = ["draft_folder", "draft_hand"]
 
@@ -44,6 +45,8 @@ ASSUMED_TORQUE = 0.7
 """[N m]; of a driver whose motor the model does not describe."""
 BESIDE = 0.004
 """[m]; between two fingers side by side."""
+SMALL_RANGE = 5.0
+"""[degrees]; no hand closes with joints that turn less."""
 MIN_OPPOSITION = 1e-3
 """Share of postures; below, two fingers are not said to oppose each other."""
 
@@ -71,19 +74,28 @@ def draft_hand(
     found = find_fingers(compiled, palm, fingers)
     if len(found) > MAX_FINGERS:
         names = ", ".join(finger.tip for finger in found)
-        raise HandError(f"{len(found)} fingers end in {names}; name up to {MAX_FINGERS} of them with --fingers.")
+        raise HandError(
+            f"{len(found)} fingers end in {names}; name up to {MAX_FINGERS} of them with --fingers, or, if there is "
+            "more than one hand, the palm of one with --palm."
+        )
     description, model, told = _described(compiled, palm, model_file.name, found)
     tips = [_index(model, finger.tip) for finger in found]
     chains = [tuple(j for link in model.path(tip) for j in model.links[link].joints) for tip in tips]
     for finger, chain in zip(found, chains, strict=True):
+        if not chain:
+            raise HandError(f"{finger.name} has no hinge; fingers that slide are not planned for.")
         if len(chain) > MAX_CHAIN_JOINTS:
-            raise HandError(f"{finger.name} has {len(chain)} joints; up to {MAX_CHAIN_JOINTS} are planned for.")
+            raise HandError(
+                f"{finger.name} has {len(chain)} joints; up to {MAX_CHAIN_JOINTS} are planned for. Leave some out of "
+                "the model, or name a palm that is nearer to the fingers with --palm."
+            )
+    _check_ranges(model)
     samples = sample_postures(model, POSTURES, np.random.default_rng(SEED))
     grips: list[GripDescription] = []
     for tilt in TILTS:  # fingertips that stay upright while fingers swing face each other only with pads across them
         pads = find_pads(model, tips, samples, tilt)
         model = replace(model, shapes=planning_shapes(model.solids, model.links, None, tuple(pads)))
-        contacts = [pad_samples(pad, samples) for pad in pads]
+        contacts = [pad_samples(pad, samples, model) for pad in pads]
         grips = _grips(model, found, chains, pads, contacts, samples)
         if grips:
             break
@@ -100,6 +112,16 @@ def draft_hand(
         }
     )
     return HandDescription.model_validate(finished.model_dump()), (*notes, *told, *model.notes)
+
+
+def _check_ranges(model: HandModel) -> None:
+    """Refuse joints that hardly turn."""
+    widest = math.degrees(max(joint.upper - joint.lower for joint in model.joints))
+    if widest < SMALL_RANGE:
+        raise HandError(
+            f"No joint turns by more than {widest:.1f} degrees. MJCF reads angles in degrees unless it has "
+            '<compiler angle="radian"/>: correct the limits, or write that.'
+        )
 
 
 def draft_folder(
@@ -144,7 +166,7 @@ def _described(
         torque_limits={},
         couplings={},
         limits=_missing_limits(compiled, told),
-        fixed=_beside_fingers(compiled, palm, found, told),
+        fixed=_sliding(compiled, palm, told) | _beside_fingers(compiled, palm, found, told),
         shapes=ShapeOptions(groups=None, budget=None),
         drafted=True,
     )
@@ -176,6 +198,10 @@ def _mended(description: HandDescription, tree: Any, fault: str, told: list[str]
         )
     passive = next((name for name in names if fault.startswith(f"Joint {name!r} is ")), None)
     before = _joint_before(tree, names.index(passive)) if passive is not None else None
+    if passive is not None and before is None and passive not in description.torque_limits:
+        told.append(f"{passive} has no actuator; a motor of {ASSUMED_TORQUE} N m is assumed. Put in the real one.")
+        limits = {**description.torque_limits, passive: ASSUMED_TORQUE}
+        return description.model_copy(update={"torque_limits": limits})
     if passive is None or before is None or passive in description.couplings:
         raise HandError(fault)
     one, other = tree.joints[names.index(passive)], tree.joints[before]
@@ -212,6 +238,27 @@ def _missing_limits(compiled: Any, told: list[str]) -> dict[str, tuple[float, fl
     return limits
 
 
+def _sliding(compiled: Any, palm: str, told: list[str]) -> dict[str, float]:
+    """Joints below the palm that slide, held where they are."""
+    fixed = {}
+    for j in range(compiled.njnt):
+        body = int(compiled.jnt_bodyid[j])
+        if compiled.jnt_type[j] == SLIDE and _hangs_below(compiled, body, palm):
+            name = str(compiled.joint(j).name)
+            fixed[name] = float(compiled.qpos0[compiled.jnt_qposadr[j]])
+            told.append(f"{name} slides, and only hinges are planned for; it is held at {fixed[name]:g} m.")
+    return fixed
+
+
+def _hangs_below(compiled: Any, body: int, palm: str) -> bool:
+    root = 0 if palm == "world" else int(compiled.body(palm).id)
+    while body not in (root, 0):
+        body = int(compiled.body_parentid[body])
+        if body == root:
+            return True
+    return False
+
+
 def _beside_fingers(compiled: Any, palm: str, found: tuple[FingerBodies, ...], told: list[str]) -> dict[str, float]:
     """Joints below the palm that are on no finger's way, held at zero."""
     root = 0 if palm == "world" else int(compiled.body(palm).id)
@@ -227,7 +274,7 @@ def _beside_fingers(compiled: Any, palm: str, found: tuple[FingerBodies, ...], t
         above = body
         while above not in (root, 0):
             above = int(compiled.body_parentid[above])
-        if above == root and body != root and body not in used:
+        if above == root and body != root and body not in used and compiled.jnt_type[j] != SLIDE:
             name = str(compiled.joint(j).name)
             fixed[name] = float(np.clip(0.0, *compiled.jnt_range[j])) if compiled.jnt_limited[j] else 0.0
             told.append(f"{name} belongs to no finger; it is held at {fixed[name]:g}.")
@@ -275,8 +322,8 @@ def _grips(
             sets.append(jaws)
     sets.sort(key=lambda jaws: -jaws.score * min(shares[jaws.fingers[1][0], f] for f in jaws.fingers[0]))
     sets = sets[: GRIPS - 1 if len(found) > 3 else GRIPS]
-    if sets and len(found) > 3:
-        alone = sets[0].fingers[1][0]
+    if len(found) > 3:
+        alone = sets[0].fingers[1][0] if sets else int(shares.sum(axis=1).argmax())
         others = tuple(f for f in range(len(found)) if f != alone and shares[alone, f] >= MIN_OPPOSITION)
         if len(others) > 2 and not _half_parked(model, chains, (*others, alone)):
             whole = find_jaws(contacts, (others, (alone,)), pairs, out, width)

@@ -1,7 +1,9 @@
 """How fingers of a hand oppose each other: which sets make two jaws, and in which frame."""
 
 import math
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import combinations, product
 
 import numpy as np
@@ -12,6 +14,10 @@ from scipy.spatial.transform import Rotation
 
 from fingersplit.hands.draft.sampling import Samples
 from fingersplit.hands.fingers import Pad
+from fingersplit.hands.forward import link_poses
+from fingersplit.hands.model import HandModel
+from fingersplit.hands.shapes import covering_spheres
+from fingersplit.transforms import transform_points
 
 __all__ = ["Jaws", "PadSamples", "find_jaws", "opposition", "pad_samples"]
 
@@ -32,6 +38,8 @@ SPACINGS = np.array([0.02, 0.025, 0.03, 0.035, 0.04, 0.05, 0.06, 0.07, 0.08])
 """Lateral distances between two fingers of one jaw that are tried [m]."""
 REACH = 0.3
 """[m]; the grid of pad places goes so far about the palm's origin on every side."""
+FAR, GOOD = 3.0, 0.2
+"""Pads so many tolerances from their place count nothing; a cell with this share of the best one's nearness is good."""
 MAX_STANDOFFS = 0.06
 """[m]; the Map looks at eleven standoffs, so a longer range is looked at too coarsely."""
 
@@ -43,10 +51,17 @@ class PadSamples:
     Attributes:
         contacts: Points that touch, in the palm frame, (n, 3) [m].
         normals: Unit vectors out of the pad, (n, 3).
+        free: Whether the pad is outside of the palm, (n,).
     """
 
     contacts: Array
     normals: Array
+    free: NDArray[np.bool_]
+
+    @cached_property
+    def tree(self) -> cKDTree:
+        """Free postures by place and direction, each over its tolerance."""
+        return cKDTree(np.hstack([self.contacts[self.free] / TOLERANCE, self.normals[self.free] / ANGLE]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +75,7 @@ class Jaws:
         standoff: Lowest and highest jaw centre along the approach axis [m].
         opening: Least and largest distance of the contacts [m].
         spacing: Lateral distance of neighbours in a jaw [m].
-        score: Number of reachable cells of opening and standoff, over the spacings tried.
+        score: Cells of opening and standoff by how near all pads get to their places there.
     """
 
     fingers: tuple[tuple[int, ...], tuple[int, ...]]
@@ -72,11 +87,26 @@ class Jaws:
     score: float
 
 
-def pad_samples(pad: Pad, samples: Samples) -> PadSamples:
-    """Where a pad touches in every posture."""
+def pad_samples(pad: Pad, samples: Samples, model: HandModel | None = None) -> PadSamples:
+    """Where a pad touches in every posture, and with a model whether it then is outside of the palm."""
     poses = samples.poses[:, pad.link]
     normals = poses[:, :3, :3] @ pad.normal
-    return PadSamples(poses[:, :3, :3] @ pad.center + poses[:, :3, 3] + pad.radius * normals, normals)
+    centers = poses[:, :3, :3] @ pad.center + poses[:, :3, 3]
+    free = np.ones(len(poses), bool)
+    for place, radius in _palm_balls(model) if model is not None else ():
+        free &= np.linalg.norm(centers - place, axis=1) > radius + pad.radius
+    if not free.any():
+        free[:] = True  # palms are drawn about their fingers by some
+    return PadSamples(centers + pad.radius * normals, normals, free)
+
+
+def _palm_balls(model: HandModel) -> Iterator[tuple[Array, float]]:
+    """Centres and radii of balls that lie inside the palm's shapes and nearly fill them."""
+    still = link_poses(model, np.array([joint.reference for joint in model.joints]))
+    for shape in model.shapes:
+        if not any(model.links[each].joints for each in model.path(shape.link)):
+            centers, _, insides = covering_spheres(shape.kind, shape.size)
+            yield from zip(transform_points(still[shape.link] @ shape.pose, centers), map(float, insides), strict=True)
 
 
 def opposition(pads: list[PadSamples]) -> tuple[Array, dict[tuple[int, int], Array]]:
@@ -88,10 +118,10 @@ def opposition(pads: list[PadSamples]) -> tuple[Array, dict[tuple[int, int], Arr
     """
     count = len(pads)
     shares, pairs = np.zeros((count, count)), {}
-    trees = [cKDTree(np.hstack([pad.contacts / ASIDE, pad.normals / ANGLE])) for pad in pads]
+    trees = [cKDTree(np.hstack([pad.contacts[pad.free] / ASIDE, pad.normals[pad.free] / ANGLE])) for pad in pads]
     for i, j in combinations(range(count), 2):
         found = []
-        chosen = slice(0, 6000)
+        chosen = np.flatnonzero(pads[i].free)[:6000]
         contacts, normals = pads[i].contacts[chosen], pads[i].normals[chosen]
         for width in WIDTHS[1::3]:
             target = np.hstack([(contacts + width * normals) / ASIDE, -normals / ANGLE])
@@ -140,28 +170,69 @@ def find_jaws(
     tilted = [base @ Rotation.from_euler("xz", angles).as_matrix() for angles in product(TILTS, LATERAL_TILTS)]
     spacings = SPACINGS[min(width, SPACINGS[-1]) <= SPACINGS] if max(map(len, fingers)) > 1 else SPACINGS[:1]
     for grown in GROWN:
-        best = _best_of(pads, fingers, tilted, middle, grown, spacings, None)
-        if best is not None and (best.score >= FEW or grown == GROWN[-1]):
+        found = _frames(pads, fingers, tilted, middle, grown, spacings)
+        if found and (max(jaws.score for jaws in found) >= FEW or grown == GROWN[-1]):
+            best = max((_rated(pads, jaws) for jaws in found), key=_score)
             nudged = [best.rotation @ Rotation.from_euler("xyz", a).as_matrix() for a in product(NUDGES, repeat=3)]
-            return _best_of(pads, fingers, nudged, middle, grown, spacings, best)
+            found = _frames(pads, fingers, nudged, middle, grown, spacings)
+            best = max((best, *(_rated(pads, jaws) for jaws in found)), key=_score)
+            return _centered(pads, best)
     return None
 
 
-def _best_of(
+def _score(jaws: Jaws) -> float:
+    return jaws.score
+
+
+def _frames(
     pads: list[PadSamples],
     fingers: tuple[tuple[int, ...], tuple[int, ...]],
     rotations: list[Array],
     middle: Array,
     grown: int,
     spacings: Array,
-    best: Jaws | None,
-) -> Jaws | None:
-    """The frame with most cells among several, and one that is known."""
-    for rotation in rotations:
-        found = _best_cells(pads, fingers, rotation, middle, grown, spacings)
-        if found is not None and (best is None or found.score > best.score):
-            best = found
-    return best
+) -> list[Jaws]:
+    """The best centre in every frame in which there is any."""
+    found = (_best_cells(pads, fingers, rotation, middle, grown, spacings) for rotation in rotations)
+    return [jaws for jaws in found if jaws is not None]
+
+
+def _rated(pads: list[PadSamples], jaws: Jaws) -> Jaws:
+    """The same jaws with a finer score: cells by how near all pads get to their places, which grown grids do not tell.
+
+    Openings and standoffs that no pads come near to are left out at both ends.
+    """
+    widths = WIDTHS[(jaws.opening[0] <= WIDTHS + 1e-9) & (jaws.opening[1] >= WIDTHS - 1e-9)]
+    low, high = jaws.standoff
+    heights = np.linspace(low, high, max(2, _steps(high - low) + 1))
+    lateral, jaw, approach = jaws.rotation.T
+    middle = jaws.center[0] * lateral + jaws.center[1] * jaw + heights[:, None] * approach  # (H, 3)
+    nearness = np.full((len(widths), len(heights)), np.inf)
+    for side, group in ((1.0, jaws.fingers[0]), (-1.0, jaws.fingers[1])):
+        for place, f in enumerate(group):
+            aside = (place - (len(group) - 1) / 2) * jaws.spacing * lateral
+            places = middle + aside + side / 2 * widths[:, None, None] * jaw  # (W, H, 3)
+            targets = np.concatenate([places / TOLERANCE, np.broadcast_to(-side * jaw / ANGLE, places.shape)], axis=-1)
+            distances, _ = pads[f].tree.query(targets, distance_upper_bound=FAR)
+            nearness = np.minimum(nearness, np.exp(-(distances**2)))
+    good = nearness > GOOD * nearness.max()
+    rows, columns = np.flatnonzero(good.any(axis=1)), np.flatnonzero(good.any(axis=0))
+    if not len(rows) or nearness.max() == 0:
+        return replace(jaws, score=0.0)
+    opening = (jaws.opening[0] if rows[0] == 0 else float(widths[rows[0]]), float(widths[rows[-1]]) + 0.01)
+    first, last = max(columns[0] - 1, 0), min(columns[-1] + 1, len(heights) - 1)
+    return replace(
+        jaws,
+        score=float(nearness.sum()),
+        opening=opening,
+        standoff=(float(heights[first]), float(heights[last])),
+    )
+
+
+def _centered(pads: list[PadSamples], jaws: Jaws) -> Jaws:
+    """The same jaws, shifted by half a cell where that brings pads nearer to their places."""
+    shifts = product((0.0, -TOLERANCE / 2, TOLERANCE / 2), repeat=2)
+    return max((_rated(pads, replace(jaws, center=jaws.center + shift)) for shift in shifts), key=_score)
 
 
 def _mode(directions: Array) -> Array:
@@ -191,10 +262,8 @@ def _best_cells(
                 return None
             grids[f] = binary_dilation(grid, iterations=grown) if grown else grid
     middles = {f: float(np.nonzero(grid)[0].mean()) for f, grid in grids.items()}
-    ordered = (
-        tuple(sorted(fingers[0], key=middles.__getitem__)),
-        tuple(sorted(fingers[1], key=middles.__getitem__)),
-    )
+    first, second = (tuple(sorted(group, key=middles.__getitem__)) for group in fingers)
+    ordered = (first, second)
     best: Jaws | None = None
     for spacing in spacings:
         hits = [_reached(grids, ordered, spacing, width) for width in WIDTHS]
@@ -208,7 +277,7 @@ def _best_cells(
         heights, widths = np.flatnonzero(window.any(axis=0)) + z, WIDTHS[window.any(axis=1)]
         low = origin - REACH / 2
         best = Jaws(
-            fingers=fingers,
+            fingers=ordered,
             rotation=rotation,
             center=np.array([low[0] + x * TOLERANCE, low[1] + y * TOLERANCE]),
             standoff=(float(low[2] + heights[0] * TOLERANCE), float(low[2] + (heights[-1] + 1) * TOLERANCE)),
@@ -232,7 +301,7 @@ def _windowed(counts: NDArray[np.int64]) -> NDArray[np.int64]:
 
 def _occupied(pad: PadSamples, rotation: Array, side: float, origin: Array) -> NDArray[np.bool_]:
     """Cells of a grid in which a pad has been with its normal along ``side`` times the jaw axis."""
-    facing = side * (pad.normals @ rotation[:, 1]) > math.cos(ANGLE)
+    facing = pad.free & (side * (pad.normals @ rotation[:, 1]) > math.cos(ANGLE))
     cells = np.floor((pad.contacts[facing] @ rotation - origin + REACH / 2) / TOLERANCE).astype(int)
     size = _steps(REACH)
     cells = cells[((cells >= 0) & (cells < size)).all(axis=1)]

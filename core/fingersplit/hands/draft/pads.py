@@ -114,8 +114,18 @@ def _pad(
         total += float(np.sum(weight))
     side = across if vote / total + _closing(model, tips[f]) > 0 else -across
     normal = math.cos(tilt) * side + math.sin(tilt) * length
-    center, radius = _fit_cap(cloud, normal)
+    center, radius = _fit_cap(_last_part(cloud, length, joint.axis), normal)
     return Pad(tips[f], center, normal, radius, None)
+
+
+def _last_part(cloud: Array, length: Array, axis: Array) -> Array:
+    """A fingertip's points, without those of the link below it: no farther from its end than it is wide."""
+    heights = cloud @ length
+    for _ in range(2):  # the link below may be wider
+        width = float(np.ptp(cloud @ axis))
+        cloud = cloud[heights >= heights.max() - width]
+        heights = cloud @ length
+    return cloud
 
 
 def _closing(model: HandModel, tip: int) -> float:

@@ -9,6 +9,7 @@ from fingersplit.hands.draft.sampling import Samples
 from fingersplit.hands.fingers import Pad
 from fingersplit.hands.forward import link_poses
 from fingersplit.hands.model import HandModel
+from fingersplit.hands.self_collision import self_collision_pairs, shape_distances
 
 __all__ = ["finger_drivers", "park", "preshapes"]
 
@@ -19,6 +20,10 @@ SPACING_FACTORS = (1.0, 1.4)
 """Where in the range of openings preshapes stand, and their spacings by the best one's."""
 POSITION_WEIGHT, NORMAL_WEIGHT, MIDDLE_WEIGHT = 1 / 0.004, 1 / 0.4, 0.15
 """Of a pad's place [1/m], its normal, and of a driver's distance from the middle of its range in half ranges."""
+INSIDE = 1e3
+"""What a posture costs whose pads are inside the palm."""
+TRIED = 150
+"""Best postures of which the first is taken in which a finger does not meet itself or the palm."""
 CLEAR_RADIUS = 0.06
 """[m]; parked fingers stay away from a ball of this radius about the jaw centre."""
 
@@ -62,7 +67,7 @@ def _posture(
     lower, upper = model.coupling.lower, model.coupling.upper
     start: Array = np.clip(0.0, lower, upper)
     for group in _coupled(model, chains, [f for fingers in jaws.fingers for f in fingers]):
-        cost = np.zeros(len(samples.drivers))
+        cost = np.where(np.all([contacts[f].free for f in group], axis=0), 0.0, INSIDE)
         drivers: set[int] = set()
         for f in group:
             point, normal = targets[f]
@@ -71,9 +76,32 @@ def _posture(
             drivers |= finger_drivers(model, chains[f])
         columns = sorted(drivers)
         middle = (samples.drivers[:, columns] - lower[columns]) / (upper[columns] - lower[columns]) * 2 - 1
-        best = int((cost + (MIDDLE_WEIGHT * middle**2).sum(axis=1)).argmin())
-        start[columns] = _refine(model, pads, targets, group, columns, samples.drivers[best])
+        order = np.argsort(cost + (MIDDLE_WEIGHT * middle**2).sum(axis=1))[:TRIED]
+        pairs = _pairs_with_palm(model, {j for f in group for j in chains[f]})
+        best = samples.drivers[_first_clear(model, samples.drivers[order], pairs, order)]
+        refined = best.copy()
+        refined[columns] = _refine(model, pads, targets, group, columns, best)
+        start[columns] = (refined if _clear(model, refined[None], pairs)[0] else best)[columns]
     return start
+
+
+def _pairs_with_palm(model: HandModel, joints: set[int]) -> NDArray[np.int64]:
+    """Pairs of shapes that may not meet, one of them moved by these joints and the other by none but these."""
+    pairs = self_collision_pairs(model)
+    moved = [{j for each in model.path(s.link) for j in model.links[each].joints} for s in model.shapes]
+    return pairs[[bool(moved[a] | moved[b]) and moved[a] | moved[b] <= joints for a, b in pairs]]
+
+
+def _clear(model: HandModel, drivers: Array, pairs: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Whether no two of these shapes lie in each other, for each row of driver angles (n, A)."""
+    if not len(pairs):
+        return np.ones(len(drivers), bool)
+    return np.asarray((shape_distances(model, model.joints_from_drivers(drivers), pairs) > 0).all(axis=1))
+
+
+def _first_clear(model: HandModel, drivers: Array, pairs: NDArray[np.int64], order: NDArray[np.int64]) -> int:
+    """The first of several postures in which nothing meets; the very first where there is none."""
+    return int(order[_clear(model, drivers, pairs).argmax()])
 
 
 def _refine(
@@ -109,7 +137,7 @@ def _targets(jaws: Jaws, contacts: list[PadSamples], width: float, spacing: floa
     middle = jaws.center[0] * lateral + jaws.center[1] * jaw + sum(jaws.standoff) / 2 * approach
     targets = {}
     for side, group in ((1.0, jaws.fingers[0]), (-1.0, jaws.fingers[1])):
-        order = sorted(group, key=lambda f: float(np.median(contacts[f].contacts @ lateral)))
+        order = sorted(group, key=lambda f: float(np.median(contacts[f].contacts[contacts[f].free] @ lateral)))
         for place, f in enumerate(order):
             aside = (place - (len(group) - 1) / 2) * spacing
             targets[f] = middle + side * width / 2 * jaw + aside * lateral, -side * jaw
@@ -148,7 +176,8 @@ def park(
         )  # (n, K, 3)
         clear = np.minimum(np.linalg.norm(centers - ball, axis=2), 2 * CLEAR_RADIUS).min(axis=1)
         straight = np.abs(samples.drivers[:count][:, columns]).sum(axis=1)
-        best = int((clear - 0.01 * straight).argmax())
+        order = np.argsort(-(clear - 0.01 * straight))
+        best = _first_clear(model, samples.drivers[order], _pairs_with_palm(model, set(chains[f])), order)
         angles[columns] = samples.drivers[best, columns]
     return angles
 

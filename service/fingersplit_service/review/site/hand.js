@@ -33,9 +33,14 @@ function advice({ advice: found = [], notes = [] }) {
   return h(
     "div",
     {},
-    found.length ? h("ul", { class: "violations" }, found.map((text) => h("li", {}, text))) : h("p", {}, "Nothing to change."),
-    notes.length ? h("details", {}, h("summary", {}, "Notes on the model"), h("ul", {}, notes.map((text) => h("li", {}, text)))) : null,
+    found.length ? h("ul", { class: "violations" }, found.map((text) => h("li", {}, withCode(text)))) : h("p", {}, "Nothing to change."),
+    notes.length ? h("details", {}, h("summary", {}, "Notes on the model"), h("ul", {}, notes.map((text) => h("li", {}, withCode(text))))) : null,
   );
+}
+
+// What stands between backticks is to be typed.
+function withCode(text) {
+  return text.split("`").map((part, index) => (index % 2 ? h("code", {}, part) : part));
 }
 
 function table(heads, rows, label) {
