@@ -6,6 +6,7 @@ from typing import Any, TypedDict, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
+from fingersplit_client._faults import fault_in_words
 from fingersplit_client.errors import InvalidRequestError, invalid
 from fingersplit_client.schemas import (
     ControllerName,
@@ -120,7 +121,5 @@ def _refused(error: ValidationError) -> InvalidRequestError:
     fields = []
     for one in error.errors()[:5]:
         place = ".".join(map(str, one["loc"]))
-        given = repr(one["input"])
-        shown = given if len(given) <= 60 else f"{given[:57]}..."
-        fields.append(InvalidField(field=place, detail=f"{one['msg']}, not {shown}."))
+        fields.append(InvalidField(field=place, detail=fault_in_words(one)))
     return invalid("Some options are not valid.", *fields)

@@ -15,6 +15,7 @@ from pydantic import PrivateAttr, ValidationError
 
 from fingersplit_client import _notebook, schemas
 from fingersplit_client._exchange import quoted
+from fingersplit_client._faults import fault_in_words
 from fingersplit_client._flow import Flow
 from fingersplit_client.errors import FingersplitClientError, invalid
 from fingersplit_client.grasps import Grasp, Link, LinkedDocument
@@ -191,4 +192,4 @@ def _angle(a: Sequence[float], b: Sequence[float]) -> float:
 
 def _first(error: ValidationError) -> str:
     first = error.errors()[0]
-    return f"{'.'.join(map(str, first['loc'])) or 'the document'}: {first['msg']}"
+    return f"{'.'.join(map(str, first['loc'])) or 'the document'}: {fault_in_words(first)}"
