@@ -179,8 +179,8 @@ def measure_rates(bench: Bench, hand: Hand, first: Hand) -> tuple[Rates, dict[st
                 feasible[which] += found.feasible
                 asked += found.starts if which == 0 else 0
         shares[name] = float(feasible[0] - before) / asked
-    starts, successes = started / used, feasible / used
-    return Rates(starts[0], successes[0], starts[0] / starts[1], successes[0] / successes[1]), shares
+    (starts, others_starts), (successes, others) = (started / used).tolist(), (feasible / used).tolist()
+    return Rates(starts, successes, starts / others_starts, successes / others), shares
 
 
 def _cells(row: HandRow) -> list[str]:
