@@ -1,6 +1,7 @@
 """Grasp planning for multi-fingered hands by finger splitting: the public interface.
 
 Example::
+
     import fingersplit as fs
 
     result = fs.plan(fs.load_object("mug.ply", unit="m"), fs.load_hand("barrett"))

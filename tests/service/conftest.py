@@ -124,6 +124,14 @@ def anyio_backend() -> str:
     return "asyncio"
 
 
+@pytest.fixture(scope="session", autouse=True)
+def inspected_cubes(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """Where workers of all services keep what they found about cubes."""
+    with pytest.MonkeyPatch.context() as environment:
+        environment.setenv("FAKES_INSPECTED", str(tmp_path_factory.mktemp("inspected")))
+        yield
+
+
 @asynccontextmanager
 async def started(
     data_dir: Path, functions: WorkerFunctions = fake_workers.FUNCTIONS, **settings: object

@@ -30,9 +30,9 @@ async def test_use_is_counted_and_told(start, tmp_path):
         assert before.stored_bytes.used == 0
         assert (before.jobs_per_minute.limit, before.queued_jobs.limit) == (None, 10_000)
         await api.ended(await api.queue(FINE))
-        hanging = await api.queue(HANGS, deadline_s=1.0)
+        hanging = await api.queue(HANGS, deadline_s=2.0)
         await api.ended(hanging)
-        after = await until_used(api, 0.5)  # of a job that was killed, too
+        after = await until_used(api, 0.1)  # of a job that was killed, too
         assert after.jobs_per_minute.used == 2 or after.jobs_per_minute.until > before.jobs_per_minute.until
         assert after.stored_bytes.used > before.stored_bytes.used
         stored = after.stored_bytes.used

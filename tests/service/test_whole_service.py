@@ -149,7 +149,7 @@ def test_a_deleted_object_leaves_no_file(client, data_dir):
 
 
 def test_a_restarted_service_loads_what_was_prepared_and_repairs_what_was_damaged(tmp_path):
-    with served(tmp_path) as client:
+    with served(tmp_path, spare_workers=0) as client:
         object_id = client.objects.upload(mesh_of("cylinder"), file_type="ply").id
         order = JobCreate(object_id=object_id, starts=8, seed=4)
         first = client.jobs.wait(client.jobs.create(order)).result
@@ -163,7 +163,7 @@ def test_a_restarted_service_loads_what_was_prepared_and_repairs_what_was_damage
     damaged = bytearray(prepared[1])
     damaged[len(damaged) // 2] ^= 0xFF
     kept.write_bytes(damaged)
-    with served(tmp_path) as client:
+    with served(tmp_path, spare_workers=0) as client:
         assert poses(client.jobs.wait(client.jobs.create(order)).result) == poses(first)
     assert kept.read_bytes() == prepared[1]
     assert kept.stat().st_ino != prepared[0]

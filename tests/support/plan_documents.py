@@ -1,9 +1,11 @@
 """A result document with chosen grasps, made without a planner."""
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from fingersplit_client import PlanResult
 from fingersplit_client.schemas import PlanResult as WireResult
+
+if TYPE_CHECKING:
+    from fingersplit_client import PlanResult
 
 
 def filled(model: Any, **chosen: Any) -> Any:
@@ -63,8 +65,10 @@ def grasp(
     return filled(WireGrasp, **(chosen | more))
 
 
-def plan_result(*grasps: Any) -> PlanResult:
+def plan_result(*grasps: Any) -> "PlanResult":
     """A result with these grasps."""
+    from fingersplit_client import PlanResult  # of the HTTP client, which worker processes do not need
+
     document = filled(WireResult, hand="barrett", grasps=list(grasps), friction=0.6)
     document["object"]["name"] = "<can>"
     return PlanResult.model_validate(document)

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any
 
 from fingersplit.errors import SceneError
 from fingersplit_client.schemas import JobCreate
-from fingersplit_service.database.objects import ObjectStore
 from fingersplit_service.jobs.errors import InvalidField
 from fingersplit_service.jobs.stored_objects import prepared_object
 from fingersplit_service.storage import Storage
@@ -14,6 +13,7 @@ from fingersplit_service.storage import Storage
 if TYPE_CHECKING:
     from fingersplit.objects.model import ObjectModel
     from fingersplit.scene import Constraints
+    from fingersplit_service.database.objects import ObjectStore  # workers have no use for the database
 
 __all__ = ["check_constraints", "load_constraints", "load_obstacle"]
 
@@ -21,7 +21,7 @@ _PARTS = ("scene", "approach", "contact_regions", "task", "end_effector")
 _ID = re.compile(r"[A-Za-z0-9_-]{1,64}")
 
 
-async def check_constraints(objects: ObjectStore, owner: str, request: JobCreate, prefix: str = "") -> None:
+async def check_constraints(objects: "ObjectStore", owner: str, request: JobCreate, prefix: str = "") -> None:
     """Refuse constraints that cannot be used, and obstacles that the owner has not uploaded.
 
     Raises:
