@@ -96,7 +96,8 @@ def warm_and_report_niceness() -> WarmUpReport:
 def inspect(storage: Storage, upload: Upload) -> dict[str, Any]:
     """As the service does it; the usual cube, if it was inspected before in these tests, is kept as it was then.
 
-    Tests of uploads take other files. This needs none of the numeric libraries, whose import takes a process longer than all else that it does here.
+    Tests of uploads take other files. This needs none of the numeric libraries, whose import takes a process longer
+    than all else that it does here.
     """
     content = upload.path.read_bytes()
     if "FAKES_INSPECTED" not in os.environ or not content.startswith(CUBE):

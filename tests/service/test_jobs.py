@@ -106,7 +106,7 @@ async def test_the_list_is_newest_first(api):
         ({"end_effector": {"tool": 1}}, "/end_effector/tool", "known"),
         ({"top_k": 101}, "/top_k", "100"),
         ({"speed": 2}, "/speed", "no such field"),
-        ({"parallel_grasps": []}, "/parallel_grasps", "at least 1"),
+        ({"parallel_grasps": []}, "/parallel_grasps", "not be empty"),
         (
             {"parallel_grasps": [{"contacts": [[0, 0, 0], [0, 0, 0]], "approach": [0, 0, 1]}]},
             "/parallel_grasps/0",
