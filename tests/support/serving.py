@@ -19,21 +19,13 @@ START_WITHIN = 900
 
 @contextmanager
 def serving(data_dir: Path, *options: object, environment: Mapping[str, str] | None = None) -> Iterator[str]:
-    """The address of a service that is ready; one that ends while it starts is told with what it logged.
-
-    It has no spare workers, each of which takes seconds to start, unless the environment asks for some.
-    """
+    """The address of a service that is ready; one that ends while it starts is told with what it logged."""
     port = unused_port()
     program = Path(sys.executable).with_name("fingersplit")
     command = [program, "serve", "--port", str(port), "--data-dir", data_dir, *map(str, options)]
     log = data_dir.with_name(f"{data_dir.name}-{port}.log")
     with log.open("w") as written:
-        process = subprocess.Popen(
-            command,
-            env={"FINGERSPLIT_SPARE_WORKERS": "0"} | dict(environment or os.environ),
-            stdout=written,
-            stderr=written,
-        )
+        process = subprocess.Popen(command, env=environment or os.environ, stdout=written, stderr=written)
     url = f"http://127.0.0.1:{port}"
     try:
         _wait_until_ready(process, url, log)
