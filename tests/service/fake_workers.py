@@ -350,7 +350,7 @@ def result_document(object_name: str, request: JobCreate) -> dict[str, Any]:
         "object": {
             "id": request.object_id,
             "name": object_name,
-            "source": {"unit": "m", "scale": 1.0, "viewpoint": None},
+            "source": {"unit": "m", "scale": 1.0, "viewpoint": None, "support": None},
             "options": {"density": None, "mass": None, "friction": None, "fairing": 0.0},
             "report": None,
             "extents": [0.06, 0.06, 0.12],

@@ -36,6 +36,7 @@ def load_origin(result: PlanResult, file: Path, hand_source: str | None = None) 
         unit=planned.source.unit,
         scale=planned.source.scale,
         viewpoint=planned.source.viewpoint,
+        support=planned.source.support,
         name=planned.name,
         options=planned.options,
     )

@@ -40,6 +40,13 @@ def plan(
         tuple[float, float, float] | None,
         typer.Option(help="Where the camera stood that saw the point cloud, in the file's frame and unit."),
     ] = None,
+    complete: Annotated[
+        bool,
+        typer.Option(
+            help="Assume the side of an object that one view did not see, where the scene has its pose and what it "
+            "stands on; contacts may lie there."
+        ),
+    ] = True,
     top_k: Annotated[int, typer.Option(help="Most grasps to return.", min=1)] = 10,
     parallel_grasps: Annotated[
         Path | None,
@@ -121,7 +128,7 @@ def plan(
 ) -> None:
     """Plan grasps for a mesh or a point cloud and print them, best first."""
     from fingersplit.cli.objects import known_obstacles
-    from fingersplit.cli.scenes import read_constraints
+    from fingersplit.cli.scenes import read_constraints, support_in_file
     from fingersplit.contacts.friction import without_friction
     from fingersplit.formats.importing import import_parallel_grasps
     from fingersplit.formats.registry import formats_that, known_format
@@ -129,6 +136,7 @@ def plan(
     from fingersplit.objects.convex_pieces import decompose
     from fingersplit.objects.loading import load_object
     from fingersplit.objects.options import ObjectOptions
+    from fingersplit.objects.source import ObjectSource
     from fingersplit.parallel_grasps.sources import load_source
     from fingersplit.planning.planning import plan as plan_grasps
     from fingersplit.robustness.noise import NoiseModel
@@ -151,7 +159,8 @@ def plan(
     chosen_protocol, chosen_controller = load_protocol(protocol), load_controller(controller)
     with progress_bar() as report:
         report("preparing the object", 0.0)
-        model = load_object(file, unit=unit, scale=scale, viewpoint=viewpoint, options=options)
+        support = None if not complete else support_in_file(constraints.scene, ObjectSource(unit, scale))
+        model = load_object(file, unit=unit, scale=scale, viewpoint=viewpoint, support=support, options=options)
         imported = None
         if parallel_grasps is not None:
             imported = import_parallel_grasps(parallel_grasps, model, grasp_format, gripper=gripper, scale=grasp_scale)

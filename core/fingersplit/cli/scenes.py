@@ -7,9 +7,10 @@ from pathlib import Path
 
 from fingersplit.errors import SceneError
 from fingersplit.objects.loading import load_object
-from fingersplit.scene import ApproachCone, Constraints, SupportSurface
+from fingersplit.objects.source import ObjectSource
+from fingersplit.scene import ApproachCone, Constraints, Scene, SupportSurface
 
-__all__ = ["read_constraints"]
+__all__ = ["read_constraints", "support_in_file"]
 
 
 def read_constraints(file: Path | None, table: bool, approach: Sequence[str]) -> Constraints:
@@ -36,6 +37,15 @@ def read_constraints(file: Path | None, table: bool, approach: Sequence[str]) ->
         cones = tuple(ApproachCone.parse(text) for text in approach)
         constraints = replace(constraints, approach=replace(constraints.approach, directions=cones))
     return constraints
+
+
+def support_in_file(scene: Scene, source: ObjectSource) -> tuple[float, float, float, float] | None:
+    """The support surface that the object stands on, as `load_object` takes it; None where its pose is not given."""
+    plane = scene.support_in_object
+    if plane is None:
+        return None
+    x, y, z, offset = plane.tolist()
+    return x, y, z, offset / source.meters
 
 
 def _json(file: Path) -> object:

@@ -17,6 +17,7 @@ def load_object(
     unit: str = "m",
     scale: float = 1.0,
     viewpoint: tuple[float, float, float] | None = None,
+    support: tuple[float, float, float, float] | None = None,
     name: str | None = None,
     options: ObjectOptions | None = None,
 ) -> ObjectModel:
@@ -28,12 +29,14 @@ def load_object(
         scale: Multiplies the file's numbers besides, as data sets give one with their meshes.
         viewpoint: Where the camera stood that saw a point cloud, in the file's frame and unit; None for what the file
             says.
+        support: Plane that the object of a cloud stands on, normal on its side and offset along it, in the file's
+            frame and unit; the side that one view did not see is then assumed. None for what the file says.
         name: What people call the object; None for the file's name.
         options: Mass, friction and fairing; None for the defaults.
 
     Raises:
         ObjectFileError: The file, or what it holds, is no graspable object; ``code`` names the fault.
     """
-    path, source = Path(path), ObjectSource(unit, scale, viewpoint)
+    path, source = Path(path), ObjectSource(unit, scale, viewpoint, support)
     shape, report = read_file(path, source)
     return prepare_object(shape, path.stem if name is None else name, options, source, report)

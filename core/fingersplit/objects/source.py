@@ -1,4 +1,4 @@
-"""How a file's numbers become metres: unit and scale, and where the camera of a point cloud stood."""
+"""How a file's numbers become metres: unit and scale, and where the camera and the object of a point cloud stood."""
 
 import math
 from dataclasses import asdict, dataclass
@@ -25,15 +25,19 @@ class ObjectSource:
         scale: Multiplies the file's numbers besides, as data sets give one with their meshes; positive.
         viewpoint: Where the camera stood that saw a point cloud, in the file's frame and unit; None for what the file
             says.
+        support: Plane that the object of a point cloud stands on, so that the side which one view did not see is
+            assumed: normal on the object's side and offset along it, in the file's frame and unit; None for what the
+            file says.
 
     Raises:
-        ObjectFileError: The unit is not known, the scale is not a positive number, or the viewpoint has no three
-            numbers.
+        ObjectFileError: The unit is not known, the scale is not a positive number, the viewpoint has no three numbers,
+            or the support no four.
     """
 
     unit: str = "m"
     scale: float = 1.0
     viewpoint: tuple[float, float, float] | None = None
+    support: tuple[float, float, float, float] | None = None
 
     def __post_init__(self) -> None:
         if self.unit not in UNITS:
@@ -47,6 +51,13 @@ class ObjectSource:
             if len(numbers) != 3 or not all(_is_number(number) for number in numbers):
                 raise ObjectFileError("non_finite", f"The viewpoint {list(numbers)} must be three numbers.")
             object.__setattr__(self, "viewpoint", tuple(float(number) for number in numbers))
+        if self.support is not None:
+            numbers = tuple(self.support)
+            if len(numbers) != 4 or not all(_is_number(number) for number in numbers):
+                raise ObjectFileError(
+                    "non_finite", f"The support {list(numbers)} must be four numbers: a normal and an offset."
+                )
+            object.__setattr__(self, "support", tuple(float(number) for number in numbers))
 
     @property
     def meters(self) -> float:
@@ -84,8 +95,8 @@ class ObjectSource:
 
     def to_document(self) -> dict[str, Any]:
         """All values as plain JSON data."""
-        document = asdict(self)
-        return document | {"viewpoint": None if self.viewpoint is None else list(self.viewpoint)}
+        lists = {"viewpoint": self.viewpoint, "support": self.support}
+        return asdict(self) | {name: None if values is None else list(values) for name, values in lists.items()}
 
 
 def _is_number(value: Any) -> bool:

@@ -147,3 +147,21 @@ class Scene(Document):
     def world_from_object(self) -> NDArray[np.float64]:
         """The object's pose, (4, 4); the identity when none is given."""
         return np.eye(4) if self.object_pose is None else self.object_pose.matrix
+
+    @property
+    def support_in_object(self) -> NDArray[np.float64] | None:
+        """Plane of the first support surface that holds the object against gravity, in the object's frame, (4,).
+
+        Unit normal on the object's side and offset along it [m]; None without such a surface, or where the object's
+        pose is not given, so that it is only found from its shape.
+        """
+        if self.object_pose is None:
+            return None
+        upwards = -np.array(self.gravity)
+        for surface in self.support_surfaces:
+            normal = np.array(surface.normal)
+            if normal @ upwards > 0:
+                world_from_object = self.object_pose.matrix
+                offset = surface.offset - normal @ world_from_object[:3, 3]
+                return np.append(normal @ world_from_object[:3, :3], offset)
+        return None

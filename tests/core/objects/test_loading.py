@@ -27,7 +27,7 @@ def test_unit_and_scale_multiply(box_file, unit, scale, length):
     model = load_object(box_file, unit=unit, scale=scale)
     assert model.mesh.extents == pytest.approx(np.array([0.4, 0.6, 1.0]) * length)
     document = model.to_document()
-    assert document["source"] == {"unit": unit, "scale": scale, "viewpoint": None}
+    assert document["source"] == {"unit": unit, "scale": scale, "viewpoint": None, "support": None}
     assert (document["report"]["unit"], document["report"]["scale"]) == (unit, scale)
     assert (document["name"], model.source) == ("brick", ObjectSource(unit, scale))
 
@@ -52,7 +52,12 @@ def test_viewpoint_of_a_cloud_is_in_the_files_unit(tmp_path):
     np.savez(path, points=points[points[:, 2] > 0])
     model = load_object(path, unit="mm", viewpoint=(0, 0, 600), name="half a ball")
     assert model.name == "half a ball"
-    assert model.to_document()["source"] == {"unit": "mm", "scale": 1.0, "viewpoint": [0.0, 0.0, 600.0]}
+    assert model.to_document()["source"] == {
+        "unit": "mm",
+        "scale": 1.0,
+        "viewpoint": [0.0, 0.0, 600.0],
+        "support": None,
+    }
     assert model.to_document()["report"]["viewpoint"]
     assert model.seen < 0.9
 

@@ -99,3 +99,7 @@ class ObjectSource(Document):
     viewpoint: Vector3 | None = Field(
         default=None, description="Where the camera of a cloud stood, in the file's frame and unit, if that was given."
     )
+    support: tuple[float, float, float, float] | None = Field(
+        default=None,
+        description="Plane that the object of a cloud stood on: normal, and offset in the file's unit, if given.",
+    )

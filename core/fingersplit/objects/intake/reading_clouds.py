@@ -24,7 +24,7 @@ def read_cloud(data: bytes, file_type: str, source: ObjectSource | None = None) 
     Args:
         data: The file's bytes.
         file_type: Key of `CLOUD_FORMATS`.
-        source: Unit and scale of the file's numbers, and where the camera stood; None for metres.
+        source: Unit and scale of the file's numbers, where the camera and the object stood; None for metres.
 
     Raises:
         ObjectFileError: The file holds no cloud of an object; ``code`` names the fault.
@@ -33,6 +33,8 @@ def read_cloud(data: bytes, file_type: str, source: ObjectSource | None = None) 
     raw = parse_cloud(data, file_type)
     if source.viewpoint is not None:
         raw = raw._replace(viewpoint=np.array(source.viewpoint))
+    if source.support is not None:
+        raw = raw._replace(support=np.array(source.support))
     if raw.viewpoint is not None and not np.isfinite(raw.viewpoint).all():
         raise ObjectFileError("non_finite", f"The viewpoint {raw.viewpoint.tolist()} must be three numbers.")
     kept, n_finite, n_different = _kept(raw)

@@ -1,19 +1,24 @@
 """Clouds from one view of an object on a known support: what is assumed of the side that was not seen."""
 
 import io
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from fingersplit.cli.scenes import support_in_file
 from fingersplit.errors import ObjectFileError
 from fingersplit.objects.cloud import PointCloud
 from fingersplit.objects.intake import read_bytes
+from fingersplit.objects.loading import load_object
 from fingersplit.objects.mesh import Mesh
 from fingersplit.objects.parametric import box, cylinder, sphere
 from fingersplit.objects.preparing import prepare_object
 from fingersplit.objects.source import ObjectSource
 from fingersplit.planning.planning import plan
+from fingersplit.scene import Scene, SupportSurface
 from fingersplit.scene.from_view import scene_from_view
+from fingersplit.scene.shapes import Pose
 from fingersplit.transforms import rotation_from_wxyz, transform_points
 from fingersplit_bench.depth_views import Camera, look_at, render_view
 
@@ -132,3 +137,30 @@ def test_supports_that_are_none_are_refused(support, code, message):
     with pytest.raises(ObjectFileError, match=message) as refusal:
         read_bytes(npz(points=points, viewpoint=np.array([0.0, 0.0, 0.5]), support=np.array(support)), "npz")
     assert refusal.value.code == code
+
+
+def test_a_scene_says_what_the_object_of_a_cloud_stands_on(tmp_path):
+    cloud = viewed(standing(SHAPES["sphere"]))
+    turned = Pose((0.3, -0.2, 0.7), (0.5, 0.5, 0.5, 0.5)).matrix  # world_from_object
+    normal = turned[:3, :3] @ cloud.support[:3]
+    scene = Scene(
+        object_pose=Pose.from_matrix(turned),
+        gravity=tuple((-9.81 * normal).tolist()),
+        support_surfaces=(
+            SupportSurface(normal=tuple(normal.tolist()), offset=float(cloud.support[3] + normal @ turned[:3, 3])),
+        ),
+    )
+    assert scene.support_in_object == pytest.approx(cloud.support, abs=1e-9)
+    assert replace(scene, object_pose=None).support_in_object is None
+    file = tmp_path / "seen.npz"
+    file.write_bytes(npz(points=1e3 * cloud.points, viewpoint=1e3 * cloud.viewpoint))
+    support = support_in_file(scene, ObjectSource("mm"))
+    model = load_object(file, unit="mm", support=support)
+    assert model.assumed > 0.2
+    assert load_object(file, unit="mm").assumed == 0
+    assert ObjectSource.from_document(model.source.to_document()) == model.source
+
+
+def test_a_support_of_three_numbers_is_refused():
+    with pytest.raises(ObjectFileError, match="four numbers"):
+        ObjectSource(support=(0.0, 0.0, 1.0))
