@@ -19,7 +19,7 @@ PROGRAM = Path(sys.executable).with_name("fingersplit")
 
 def run(*arguments: object, cwd: Path) -> subprocess.CompletedProcess[str]:
     command = [str(PROGRAM), "bench", *map(str, arguments)]
-    return subprocess.run(command, cwd=cwd, capture_output=True, text=True, timeout=600)
+    return subprocess.run(command, cwd=cwd, capture_output=True, text=True, timeout=3600)
 
 
 QUICK = ("planner", "paper", "ipopt", "objects", "parallel_grasps", "recordings")
