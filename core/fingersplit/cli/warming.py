@@ -64,7 +64,8 @@ def compile_kernels(hands: Sequence[Hand]) -> None:
     _plan(hands[0], model)
     _show(hands[0], model)
     triangulated(*parse_ply(_PLY))
-    turn_outwards(_PINCHED)
+    for mesh in (_PINCHED, model.mesh):
+        turn_outwards(mesh)
 
 
 def _plan(hand: Hand, model: ObjectModel) -> None:
