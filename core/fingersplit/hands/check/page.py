@@ -21,6 +21,7 @@ h1{font-size:1.6em;margin-bottom:0}h2{font-size:1.2em;margin-top:2em}h3{font-siz
 figure div{display:flex;gap:.4em}svg{flex:1;min-width:0;background:var(--figure);border-radius:6px}
 .wide{overflow-x:auto}table{border-collapse:collapse;font-variant-numeric:tabular-nums}
 th,td{text-align:left;vertical-align:top;padding:.25em 1.2em .25em 0;border-bottom:1px solid var(--line)}
+th,td{min-width:5.5em}td:nth-child(4){min-width:20em}
 th{color:var(--soft);font-weight:500;white-space:nowrap}code{overflow-wrap:anywhere}
 """
 
