@@ -58,7 +58,7 @@ def from_depth(
     )
     found = scene_from_view(view, frame=frame, support=support, clearance=clearance, complete=complete)
     with target.open("wb") as written:
-        np.savez(written, **found.target.to_arrays())
+        np.savez(written, **found.target.to_arrays(), complete=np.array(complete))
     scene.write_text(json.dumps({"scene": found.scene.to_document()}))
     for line in found.warnings:
         typer.echo(line)

@@ -159,7 +159,7 @@ def plan(
     chosen_protocol, chosen_controller = load_protocol(protocol), load_controller(controller)
     with progress_bar() as report:
         report("preparing the object", 0.0)
-        support = None if not complete else support_in_file(constraints.scene, ObjectSource(unit, scale))
+        support = None if not complete else support_in_file(constraints.scene, ObjectSource(unit, scale), file)
         model = load_object(file, unit=unit, scale=scale, viewpoint=viewpoint, support=support, options=options)
         imported = None
         if parallel_grasps is not None:

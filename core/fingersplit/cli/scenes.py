@@ -1,9 +1,12 @@
 """Scenes on the command line: a file, a table, directions of approach."""
 
 import json
+import zipfile
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+
+import numpy as np
 
 from fingersplit.errors import SceneError
 from fingersplit.objects.loading import load_object
@@ -39,13 +42,28 @@ def read_constraints(file: Path | None, table: bool, approach: Sequence[str]) ->
     return constraints
 
 
-def support_in_file(scene: Scene, source: ObjectSource) -> tuple[float, float, float, float] | None:
-    """The support surface that the object stands on, as `load_object` takes it; None where its pose is not given."""
+def support_in_file(
+    scene: Scene, source: ObjectSource, file: Path | None = None
+) -> tuple[float, float, float, float] | None:
+    """The support surface that the object stands on, as `load_object` takes it.
+
+    None where its pose is not given, or where `from-depth --no-complete` wrote the object's file.
+    """
     plane = scene.support_in_object
-    if plane is None:
+    if plane is None or (file is not None and _is_to_stay_open(file)):
         return None
     x, y, z, offset = plane.tolist()
     return x, y, z, offset / source.meters
+
+
+def _is_to_stay_open(file: Path) -> bool:
+    if file.suffix.lower() != ".npz":
+        return False
+    try:
+        with np.load(file) as arrays:
+            return "complete" in arrays and not bool(arrays["complete"].all())
+    except (OSError, ValueError, zipfile.BadZipFile):  # reading the object tells what is wrong with it
+        return False
 
 
 def _json(file: Path) -> object:

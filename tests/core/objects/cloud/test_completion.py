@@ -154,7 +154,10 @@ def test_a_scene_says_what_the_object_of_a_cloud_stands_on(tmp_path):
     assert replace(scene, object_pose=None).support_in_object is None
     file = tmp_path / "seen.npz"
     file.write_bytes(npz(points=1e3 * cloud.points, viewpoint=1e3 * cloud.viewpoint))
-    support = support_in_file(scene, ObjectSource("mm"))
+    support = support_in_file(scene, ObjectSource("mm"), file)
+    refused = tmp_path / "refused.npz"
+    refused.write_bytes(npz(points=cloud.points, complete=np.array(False)))
+    assert support_in_file(scene, ObjectSource(), refused) is None
     model = load_object(file, unit="mm", support=support)
     assert model.assumed > 0.2
     assert load_object(file, unit="mm").assumed == 0
