@@ -15,7 +15,7 @@ from fingersplit.hands.model import Joint, Link, Solid
 from fingersplit.hands.urdf import rewrite_urdf
 from fingersplit.transforms import pose_matrix, rotation_from_wxyz
 
-__all__ = ["SLIDE", "Tree", "compile_model", "read_tree"]
+__all__ = ["HINGE", "SLIDE", "Tree", "compile_model", "read_tree"]
 
 MESH = int(mujoco.mjtGeom.mjGEOM_MESH)
 HINGE, SLIDE = int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE)
@@ -124,7 +124,7 @@ def read_tree(model: Any, description: HandDescription) -> Tree:
 
 
 def _check_size(links: list[Link], solids: tuple[Solid, ...]) -> None:
-    """Refuse hands of which no person would say so: their lengths are in millimetres, or their meshes are."""
+    """Refuse models whose lengths, or those of their meshes, are in millimetres."""
     places: list[NDArray[np.float64]] = []
     for link in links:
         places.append(link.pose if link.parent < 0 else places[link.parent] @ link.pose)

@@ -7,7 +7,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from fingersplit.hands.draft.jaws import ANGLE, TOLERANCE, pad_samples
+from fingersplit.hands.draft.pad_samples import ANGLE, TOLERANCE, pad_samples
 from fingersplit.hands.draft.sampling import Samples
 from fingersplit.hands.forward import link_poses
 from fingersplit.hands.hand import Hand

@@ -11,17 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingersplit.errors import HandError
-from fingersplit.hands.collision_shapes import convex_solids, planning_shapes
-from fingersplit.hands.couplings import read_coupling
-from fingersplit.hands.description import (
-    CouplingDescription,
-    FingerDescription,
-    GripDescription,
-    HandDescription,
-    PadDescription,
-    ShapeOptions,
-)
-from fingersplit.hands.draft.jaws import Jaws, PadSamples, find_jaws, opposition, pad_samples
+from fingersplit.hands.collision_shapes import planning_shapes
+from fingersplit.hands.description import FingerDescription, GripDescription, HandDescription, PadDescription
+from fingersplit.hands.draft.jaws import Jaws, find_jaws
+from fingersplit.hands.draft.joints import describe_joints
+from fingersplit.hands.draft.pad_samples import PadSamples, opposition, pad_samples
 from fingersplit.hands.draft.pads import TILTS, find_pads, tip_width
 from fingersplit.hands.draft.postures import finger_drivers, park, preshapes
 from fingersplit.hands.draft.sampling import Samples, sample_postures
@@ -32,7 +26,7 @@ from fingersplit.hands.fingers import Pad
 from fingersplit.hands.forward import link_poses
 from fingersplit.hands.limits import MAX_CHAIN_JOINTS, MAX_FINGERS
 from fingersplit.hands.model import HandModel
-from fingersplit.hands.tree import SLIDE, compile_model, read_tree
+from fingersplit.hands.tree import compile_model
 
 __all__ = ["draft_folder", "draft_hand"]
 
@@ -41,8 +35,6 @@ Array = NDArray[np.float64]
 POSTURES, SEED = 30_000, 1
 GRIPS = 3
 """Most sets of fingers that are proposed."""
-ASSUMED_TORQUE = 0.7
-"""[N m]; of a driver whose motor the model does not describe."""
 BESIDE = 0.004
 """[m]; between two fingers side by side."""
 SMALL_RANGE = 5.0
@@ -78,7 +70,7 @@ def draft_hand(
             f"{len(found)} fingers end in {names}; name up to {MAX_FINGERS} of them with --fingers, or, if there is "
             "more than one hand, the palm of one with --palm."
         )
-    description, model, told = _described(compiled, palm, model_file.name, found)
+    description, model, told = describe_joints(compiled, palm, model_file.name, found)
     tips = [_index(model, finger.tip) for finger in found]
     chains = [tuple(j for link in model.path(tip) for j in model.links[link].joints) for tip in tips]
     for finger, chain in zip(found, chains, strict=True):
@@ -150,135 +142,6 @@ def draft_folder(
     text = description_to_toml(description.model_copy(update={"model": place}), notes)
     (output / DESCRIPTION).write_text(text)
     return notes
-
-
-def _described(
-    compiled: Any, palm: str, model_name: str, found: tuple[FingerBodies, ...]
-) -> tuple[HandDescription, HandModel, list[str]]:
-    """Links, joints and couplings, with torques, limits and passive joints filled in where the model lacks them."""
-    told: list[str] = []
-    description = HandDescription.model_construct(
-        title=model_name,
-        model=model_name,
-        palm=palm,
-        fingers=[],
-        grips=[],
-        torque_limits={},
-        couplings={},
-        limits=_missing_limits(compiled, told),
-        fixed=_sliding(compiled, palm, told) | _beside_fingers(compiled, palm, found, told),
-        shapes=ShapeOptions(groups=None, budget=None),
-        drafted=True,
-    )
-    while True:
-        tree = read_tree(compiled, description)
-        try:
-            coupling, notes = read_coupling(compiled, tree, description)
-            break
-        except HandError as error:
-            description = _mended(description, tree, str(error), told)
-    solids = convex_solids(tree.collision)
-    shapes = planning_shapes(solids, tree.links, None)
-    model = HandModel(
-        tree.links, tree.joints, coupling, solids, tree.visuals, shapes, frozenset(), tuple(notes), int(compiled.nu)
-    )
-    return description, model, told
-
-
-def _mended(description: HandDescription, tree: Any, fault: str, told: list[str]) -> HandDescription:
-    """The description with one gap filled that a fault names; the fault again where it cannot be."""
-    names = [joint.name for joint in tree.joints]
-    if fault.startswith("No torque limit is known for "):
-        missing = fault.removeprefix("No torque limit is known for ").split(";")[0].split(", ")
-        told.append(
-            f"The model says no torque for {', '.join(missing)}; {ASSUMED_TORQUE} N m is assumed. Put in the real ones."
-        )
-        return description.model_copy(
-            update={"torque_limits": {**description.torque_limits, **dict.fromkeys(missing, ASSUMED_TORQUE)}}
-        )
-    passive = next((name for name in names if fault.startswith(f"Joint {name!r} is ")), None)
-    before = _joint_before(tree, names.index(passive)) if passive is not None else None
-    if passive is not None and before is None and passive not in description.torque_limits:
-        told.append(f"{passive} has no actuator; a motor of {ASSUMED_TORQUE} N m is assumed. Put in the real one.")
-        limits = {**description.torque_limits, passive: ASSUMED_TORQUE}
-        return description.model_copy(update={"torque_limits": limits})
-    if passive is None or before is None or passive in description.couplings:
-        raise HandError(fault)
-    one, other = tree.joints[names.index(passive)], tree.joints[before]
-    ratio = max(abs(one.lower), abs(one.upper)) / max(abs(other.lower), abs(other.upper))
-    told.append(
-        f"{passive} has no actuator; it is taken to follow {other.name} by {ratio:.3f}. Put in the real coupling."
-    )
-    coupling = CouplingDescription(driver=other.name, ratio=round(ratio, 4), offset=0.0)
-    return description.model_copy(update={"couplings": {**description.couplings, passive: coupling}})
-
-
-def _joint_before(tree: Any, joint: int) -> int | None:
-    """The joint that carries a joint's link."""
-    link = next(i for i, each in enumerate(tree.links) if joint in each.joints)
-    own = tree.links[link].joints
-    if own[0] != joint:
-        return int(own[own.index(joint) - 1])
-    while tree.links[link].parent >= 0:
-        link = tree.links[link].parent
-        if tree.links[link].joints:
-            return int(tree.links[link].joints[-1])
-    return None
-
-
-def _missing_limits(compiled: Any, told: list[str]) -> dict[str, tuple[float, float]]:
-    limits = {}
-    for j in range(compiled.njnt):
-        if not compiled.jnt_limited[j] and compiled.jnt_type[j] == 3:
-            name = str(compiled.joint(j).name)
-            limits[name] = (-3.1416, 3.1416)
-            told.append(
-                f"{name} has no limits in the model; half a turn to both sides is assumed. Put in the real ones."
-            )
-    return limits
-
-
-def _sliding(compiled: Any, palm: str, told: list[str]) -> dict[str, float]:
-    """Joints below the palm that slide, held where they are."""
-    fixed = {}
-    for j in range(compiled.njnt):
-        body = int(compiled.jnt_bodyid[j])
-        if compiled.jnt_type[j] == SLIDE and _hangs_below(compiled, body, palm):
-            name = str(compiled.joint(j).name)
-            fixed[name] = float(compiled.qpos0[compiled.jnt_qposadr[j]])
-            told.append(f"{name} slides, and only hinges are planned for; it is held at {fixed[name]:g} m.")
-    return fixed
-
-
-def _hangs_below(compiled: Any, body: int, palm: str) -> bool:
-    root = 0 if palm == "world" else int(compiled.body(palm).id)
-    while body not in (root, 0):
-        body = int(compiled.body_parentid[body])
-        if body == root:
-            return True
-    return False
-
-
-def _beside_fingers(compiled: Any, palm: str, found: tuple[FingerBodies, ...], told: list[str]) -> dict[str, float]:
-    """Joints below the palm that are on no finger's way, held at zero."""
-    root = 0 if palm == "world" else int(compiled.body(palm).id)
-    used = set()
-    for finger in found:
-        body = int(compiled.body(finger.tip).id)
-        while body not in (root, 0):
-            used.add(body)
-            body = int(compiled.body_parentid[body])
-    fixed = {}
-    for j in range(compiled.njnt):
-        body = int(compiled.jnt_bodyid[j])
-        above = body
-        while above not in (root, 0):
-            above = int(compiled.body_parentid[above])
-        if above == root and body != root and body not in used and compiled.jnt_type[j] != SLIDE:
-            name = str(compiled.joint(j).name)
-            fixed[name] = float(np.clip(0.0, *compiled.jnt_range[j])) if compiled.jnt_limited[j] else 0.0
-            told.append(f"{name} belongs to no finger; it is held at {fixed[name]:g}.")
-    return fixed
 
 
 def _index(model: HandModel, name: str) -> int:

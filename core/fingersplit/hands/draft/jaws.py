@@ -1,34 +1,20 @@
-"""How fingers of a hand oppose each other: which sets make two jaws, and in which frame."""
+"""Which fingers of a hand make two jaws, and in which frame."""
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from functools import cached_property
-from itertools import combinations, product
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation
-from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
-from fingersplit.hands.draft.sampling import Samples
-from fingersplit.hands.fingers import Pad
-from fingersplit.hands.forward import link_poses
-from fingersplit.hands.model import HandModel
-from fingersplit.hands.shapes import covering_spheres
-from fingersplit.transforms import transform_points
+from fingersplit.hands.draft.pad_samples import ANGLE, TOLERANCE, WIDTHS, PadSamples
 
-__all__ = ["Jaws", "PadSamples", "find_jaws", "opposition", "pad_samples"]
+__all__ = ["Jaws", "find_jaws"]
 
 Array = NDArray[np.float64]
 
-WIDTHS = np.arange(0.02, 0.125, 0.01)
-"""Openings at which opposition is counted [m]."""
-TOLERANCE, ANGLE = 0.008, 0.5
-"""A pad is where it should be within this distance [m] and angle [rad]."""
-ASIDE = 0.04
-"""[m]; two pads that face each other may stand so far aside: a finger opposes the gap between two others, too."""
 GROWN, FEW = (0, 1, 2), 20
 """Cells by which the places of pads are grown, one after the other, until so many jaw centres are found."""
 TILTS, LATERAL_TILTS = np.deg2rad([-40, -20, 0, 20, 40]), np.deg2rad([-30, -15, 0, 15, 30])
@@ -42,26 +28,6 @@ FAR, GOOD = 3.0, 0.2
 """Pads so many tolerances from their place count nothing; a cell with this share of the best one's nearness is good."""
 MAX_STANDOFFS = 0.06
 """[m]; the Map looks at eleven standoffs, so a longer range is looked at too coarsely."""
-
-
-@dataclass(frozen=True, eq=False)
-class PadSamples:
-    """A finger's pad in every posture.
-
-    Attributes:
-        contacts: Points that touch, in the palm frame, (n, 3) [m].
-        normals: Unit vectors out of the pad, (n, 3).
-        free: Whether the pad is outside of the palm, (n,).
-    """
-
-    contacts: Array
-    normals: Array
-    free: NDArray[np.bool_]
-
-    @cached_property
-    def tree(self) -> cKDTree:
-        """Free postures by place and direction, each over its tolerance."""
-        return cKDTree(np.hstack([self.contacts[self.free] / TOLERANCE, self.normals[self.free] / ANGLE]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,53 +51,6 @@ class Jaws:
     opening: tuple[float, float]
     spacing: float
     score: float
-
-
-def pad_samples(pad: Pad, samples: Samples, model: HandModel | None = None) -> PadSamples:
-    """Where a pad touches in every posture, and with a model whether it then is outside of the palm."""
-    poses = samples.poses[:, pad.link]
-    normals = poses[:, :3, :3] @ pad.normal
-    centers = poses[:, :3, :3] @ pad.center + poses[:, :3, 3]
-    free = np.ones(len(poses), bool)
-    for place, radius in _palm_balls(model) if model is not None else ():
-        free &= np.linalg.norm(centers - place, axis=1) > radius + pad.radius
-    if not free.any():
-        free[:] = True  # palms are drawn about their fingers by some
-    return PadSamples(centers + pad.radius * normals, normals, free)
-
-
-def _palm_balls(model: HandModel) -> Iterator[tuple[Array, float]]:
-    """Centres and radii of balls that lie inside the palm's shapes and nearly fill them."""
-    still = link_poses(model, np.array([joint.reference for joint in model.joints]))
-    for shape in model.shapes:
-        if not any(model.links[each].joints for each in model.path(shape.link)):
-            centers, _, insides = covering_spheres(shape.kind, shape.size)
-            yield from zip(transform_points(still[shape.link] @ shape.pose, centers), map(float, insides), strict=True)
-
-
-def opposition(pads: list[PadSamples]) -> tuple[Array, dict[tuple[int, int], Array]]:
-    """For each pair of fingers the share of postures of one that a posture of the other opposes.
-
-    Returns:
-        Shares (F, F), and for each pair with any the rows (m, 6) of middles and unit directions from the second to the
-        first finger.
-    """
-    count = len(pads)
-    shares, pairs = np.zeros((count, count)), {}
-    trees = [cKDTree(np.hstack([pad.contacts[pad.free] / ASIDE, pad.normals[pad.free] / ANGLE])) for pad in pads]
-    for i, j in combinations(range(count), 2):
-        found = []
-        chosen = np.flatnonzero(pads[i].free)[:6000]
-        contacts, normals = pads[i].contacts[chosen], pads[i].normals[chosen]
-        for width in WIDTHS[1::3]:
-            target = np.hstack([(contacts + width * normals) / ASIDE, -normals / ANGLE])
-            distance, _ = trees[j].query(target, distance_upper_bound=1.0)
-            hit = np.isfinite(distance)
-            found.append(np.hstack([contacts[hit] + width / 2 * normals[hit], -normals[hit]]))
-        rows = np.vstack(found)
-        shares[i, j] = shares[j, i] = len(rows) / (len(contacts) * len(WIDTHS[1::3]))
-        pairs[i, j] = rows
-    return shares, pairs
 
 
 def find_jaws(

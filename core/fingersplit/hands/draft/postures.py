@@ -4,7 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from fingersplit.hands.draft.jaws import Jaws, PadSamples
+from fingersplit.hands.draft.jaws import Jaws
+from fingersplit.hands.draft.pad_samples import PadSamples
 from fingersplit.hands.draft.sampling import Samples
 from fingersplit.hands.fingers import Pad
 from fingersplit.hands.forward import link_poses
