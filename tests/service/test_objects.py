@@ -81,6 +81,9 @@ async def test_a_field_that_is_not_valid_is_named(api, cube, fields, field):
         ({"viewpoint": "0,0"}, "/viewpoint", "three numbers"),
         ({"viewpoint": "0,0,inf"}, "/viewpoint", "three numbers"),
         ({"viewpoint": "0,0,1"}, "/viewpoint", "holds a mesh"),
+        ({"support": "0,0,1"}, "/support", "a normal and an offset"),
+        ({"support": "0,0,1,nan"}, "/support", "a normal and an offset"),
+        ({"support": "0,0,1,0"}, "/support", "holds a mesh"),
     ],
 )
 async def test_an_option_that_cannot_be_is_named(api, cube, fields, field, hint):
@@ -116,6 +119,20 @@ async def test_a_point_cloud_is_an_object(api):
     assert info.extents[:2] == pytest.approx((0.1, 0.1), abs=0.02)
     mesh = await api.http.get(f"/v1/objects/{info.id}/mesh")
     assert mesh.content.startswith(b"ply")
+
+
+async def test_a_cloud_that_stands_on_something_is_completed(api):
+    seen = cloud_points(6000)
+    scan = cloud("npz", seen[seen[:, 2] > 0.005])
+    heights = {}
+    for support in ("0,0,1,-0.05", None):
+        fields = {} if support is None else {"support": support}
+        info = ObjectInfo.model_validate_json((await api.upload(scan, "s.npz", viewpoint="0,0,0.6", **fields)).content)
+        assert info.report.support == (support is not None)
+        heights[support] = info.extents[2]
+    assert heights["0,0,1,-0.05"] == pytest.approx(0.1, abs=0.02)
+    refused = await api.upload(scan, "s.npz", viewpoint="0,0,0.6", support="0,0,1,0.06")
+    assert (refused.status_code, refused.json()["errors"][0]["field"]) == (422, "/support")
 
 
 async def test_numbers_of_the_file_are_multiplied_by_a_scale(api):

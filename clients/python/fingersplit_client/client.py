@@ -82,13 +82,14 @@ class _Operations(Bound[Mode], Generic[Mode]):
                 the task that waits is cancelled.
             on_progress: Called with the job whenever its state or progress changes.
             **options: Of the file: ``unit`` (``"m"``, ``"mm"``, ``"cm"`` or ``"in"``), ``scale``, ``name`` for people,
-                ``file_type`` such as ``"stl"`` (needed with bytes), ``viewpoint`` of the camera that saw a point cloud.
-                Of the object: ``density`` [kg/m^3] or ``mass`` [kg], ``friction``, ``fairing`` [m]. Of the job:
-                ``hand``, ``starts``, ``seed``, ``top_k``, ``source``, ``parallel_grasps``, ``parallel_grasp_set``,
-                ``planner`` (settings by name), ``rank_by``, ``simulation_budget_ms`` and ``noise`` (how likely grasps
-                hold when executed), ``refine``, ``verified`` (how many grasps must hold in simulation), ``protocol``,
-                ``controller``, ``simulated_friction``, ``verify_initial``, ``recording``, ``verify_first``,
-                ``priority``, ``deadline_s``, ``scene``, ``approach``, ``contact_regions``, ``task``, ``end_effector``.
+                ``file_type`` such as ``"stl"`` (needed with bytes), ``viewpoint`` of the camera that saw a point cloud,
+                ``support``, the plane that its object stands on. Of the object: ``density`` [kg/m^3] or ``mass`` [kg],
+                ``friction``, ``fairing`` [m]. Of the job: ``hand``, ``starts``, ``seed``, ``top_k``, ``source``,
+                ``parallel_grasps``, ``parallel_grasp_set``, ``planner`` (settings by name), ``rank_by``,
+                ``simulation_budget_ms`` and ``noise`` (how likely grasps hold when executed), ``refine``, ``verified``
+                (how many grasps must hold in simulation), ``protocol``, ``controller``, ``simulated_friction``,
+                ``verify_initial``, ``recording``, ``verify_first``, ``priority``, ``deadline_s``, ``scene``,
+                ``approach``, ``contact_regions``, ``task``, ``end_effector``.
                 `ObjectSource`, `ObjectOptions` and `JobCreate` have their meanings and defaults.
 
         Raises:

@@ -34,6 +34,7 @@ class ObjectKeywords(TypedDict, total=False):
     unit: Unit
     scale: float
     viewpoint: tuple[float, float, float] | None
+    support: tuple[float, float, float, float] | None
     density: float | None
     mass: float | None
     friction: float | None
@@ -82,8 +83,9 @@ def object_lookup(options: Mapping[str, Any]) -> ObjectLookup:
         InvalidRequestError: A value is out of its range.
     """
     mine = {name: value for name, value in options.items() if name in ObjectLookup.model_fields}
-    if isinstance(mine.get("viewpoint"), Iterable):
-        mine["viewpoint"] = tuple(map(float, mine["viewpoint"]))
+    for name in ("viewpoint", "support"):
+        if isinstance(mine.get(name), Iterable):
+            mine[name] = tuple(map(float, mine[name]))
     found = validated(ObjectLookup, {"sha256": "0" * 64} | mine)
     if found.mass is not None and found.density is not None:
         raise invalid("Give mass or density, not both.", InvalidField(field="mass", detail="Density is given, too."))

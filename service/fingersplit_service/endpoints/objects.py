@@ -18,12 +18,12 @@ from fingersplit_service.jobs.worker_functions import Upload
 from fingersplit_service.problems import ProblemError, ProblemKind, problem_answers
 from fingersplit_service.security.access import Planner, Reader
 
-__all__ = ["OBJECT_FIELDS", "PATH", "object_options", "router", "viewpoint_of"]
+__all__ = ["OBJECT_FIELDS", "PATH", "object_options", "router", "support_of", "viewpoint_of"]
 
 PATH = "/v1/objects"
 router = APIRouter(tags=["objects"])
 
-OBJECT_FIELDS = ("file", "unit", "scale", "name", "density", "mass", "friction", "fairing", "viewpoint")
+OBJECT_FIELDS = ("file", "unit", "scale", "name", "density", "mass", "friction", "fairing", "viewpoint", "support")
 """The fields of a form that describes an object."""
 _KNOWN_ALREADY: dict[int | str, dict[str, Any]] = {
     200: {
@@ -69,14 +69,37 @@ def viewpoint_of(
     """The camera's place of a form."""
     if viewpoint is None:
         return None
-    try:
-        x, y, z = (float(number) for number in viewpoint.split(","))
-    except ValueError:
-        x = y = z = math.nan
-    if not all(map(math.isfinite, (x, y, z))):
-        detail = f"The viewpoint is {viewpoint!r}; it must be three numbers, such as 0,0,0.6."
-        raise ProblemError(ProblemKind.INVALID_REQUEST, detail, field="/viewpoint")
+    x, y, z = _numbers("viewpoint", viewpoint, 3, "three numbers, such as 0,0,0.6")
     return x, y, z
+
+
+def support_of(
+    support: Annotated[
+        str | None,
+        Form(
+            description="Plane that the object of a point cloud stands on, so that the side which one view did not see "
+            "is assumed: x,y,z of its normal on the object's side and the offset along it, in the file's frame and "
+            "unit.",
+            max_length=200,
+        ),
+    ] = None,
+) -> tuple[float, float, float, float] | None:
+    """The plane that an object stands on, of a form."""
+    if support is None:
+        return None
+    x, y, z, offset = _numbers("support", support, 4, "a normal and an offset, such as 0,0,1,0.02")
+    return x, y, z, offset
+
+
+def _numbers(field: str, text: str, count: int, right: str) -> list[float]:
+    try:
+        numbers = [float(number) for number in text.split(",")]
+    except ValueError:
+        numbers = []
+    if len(numbers) != count or not all(map(math.isfinite, numbers)):
+        detail = f"The {field} is {text!r}; it must be {right}."
+        raise ProblemError(ProblemKind.INVALID_REQUEST, detail, field=f"/{field}")
+    return numbers
 
 
 _PROBLEMS = problem_answers(ProblemKind.NOT_FOUND, ProblemKind.INVALID_REQUEST)
@@ -103,6 +126,7 @@ async def upload_object(
     file: Annotated[UploadFile, File(description="The file; its name's suffix says the format.")],
     described: Annotated[ObjectOptions, Depends(object_options)],
     viewpoint: Annotated[Vector3 | None, Depends(viewpoint_of)],
+    support: Annotated[tuple[float, float, float, float] | None, Depends(support_of)],
     unit: Annotated[Unit, Form(description="Length unit of the file.")] = "m",
     scale: Annotated[float, Form(description="Multiplies the file's numbers, beside the unit.", gt=0)] = 1.0,
     name: Annotated[
@@ -121,7 +145,7 @@ async def upload_object(
             field="/file",
         )
     async with staged(storage, file) as path:
-        upload = Upload(path, unit, described.model_dump(), viewpoint, scale)
+        upload = Upload(path, unit, described.model_dump(), viewpoint, scale, support)
         info, fresh = await objects.add(principal.owner, name, stem(file), upload)
     response.status_code = 201 if fresh else 200
     response.headers["Location"] = f"{PATH}/{info.id}"

@@ -24,7 +24,7 @@ from fingersplit_service.endpoints.job_requests import (
     refuse_untouching,
     wait_seconds,
 )
-from fingersplit_service.endpoints.objects import OBJECT_FIELDS, object_options, viewpoint_of
+from fingersplit_service.endpoints.objects import OBJECT_FIELDS, object_options, support_of, viewpoint_of
 from fingersplit_service.endpoints.uploads import PRINTABLE, staged, staged_bytes, stem, suffix
 from fingersplit_service.jobs.worker_functions import Upload
 from fingersplit_service.problems import ProblemError, ProblemKind, problem_answers
@@ -50,6 +50,11 @@ class ObjectDescription(Document):
     fairing: Fairing = Field(default=0.0, description="Wavelength attenuated by half [m]; 0 for none.")
     viewpoint: Vector3 | None = Field(
         default=None, description="Where the camera of a point cloud stood, in the file's frame and unit."
+    )
+    support: tuple[float, float, float, float] | None = Field(
+        default=None,
+        description="Plane that the object of a point cloud stands on, so that the side which one view did not see is "
+        "assumed: normal and offset, in the file's frame and unit.",
     )
 
 
@@ -162,7 +167,8 @@ async def _uploaded(request: Request, storage: Storage) -> AsyncIterator[tuple[P
         asked = _parsed(request, PlanCreate, str(fields.pop("job", "{}")), "job")
         _refuse_two_objects(asked.object_id or asked.mesh)
         viewpoint = viewpoint_of(str(fields.pop("viewpoint"))) if "viewpoint" in fields else None
-        about = _parsed(request, ObjectDescription, fields | {"viewpoint": viewpoint})
+        support = support_of(str(fields.pop("support"))) if "support" in fields else None
+        about = _parsed(request, ObjectDescription, fields | {"viewpoint": viewpoint, "support": support})
         mesh = InlineObject(data="-", file_type=(suffix(file) or ".none")[1:], **about.model_dump())
         asked = asked.model_copy(update={"mesh": mesh})
         async with staged(storage, file) as path:
@@ -189,7 +195,7 @@ async def _uploaded(request: Request, storage: Storage) -> AsyncIterator[tuple[P
 
 def _upload(path: Any, mesh: InlineObject) -> Upload:
     options = object_options(mesh.density, mesh.mass, mesh.friction, mesh.fairing)
-    return Upload(path, mesh.unit, options.model_dump(), mesh.viewpoint, mesh.scale)
+    return Upload(path, mesh.unit, options.model_dump(), mesh.viewpoint, mesh.scale, mesh.support)
 
 
 def _refuse_two_objects(given: object) -> None:

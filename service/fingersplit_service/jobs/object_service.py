@@ -313,8 +313,8 @@ class ObjectService:
         try:
             return await self._read_file(owner, self._functions.inspect, upload)
         except ObjectFileError as error:
-            if error.code == "needless_viewpoint":
-                raise InvalidField("/viewpoint", str(error), code=error.code) from error
+            if error.code in ("needless_viewpoint", "needless_support", "below_support"):
+                raise InvalidField(f"/{error.code.split('_')[1]}", str(error), code=error.code) from error
             raise InvalidFile(str(error), code=error.code, mesh=True) from error
         except InvalidFile as error:
             error.mesh = True
@@ -370,7 +370,12 @@ def _description(upload: Upload) -> ObjectLookup:
     with upload.path.open("rb") as file:
         sha256 = hashlib.file_digest(file, "sha256").hexdigest()
     return ObjectLookup(
-        sha256=sha256, unit=upload.unit, scale=upload.scale, viewpoint=upload.viewpoint, **upload.options
+        sha256=sha256,
+        unit=upload.unit,
+        scale=upload.scale,
+        viewpoint=upload.viewpoint,
+        support=upload.support,
+        **upload.options,
     )
 
 

@@ -65,6 +65,7 @@ class Upload:
         options: ``ObjectOptions`` document.
         viewpoint: Where the camera of a point cloud stood, in the file's frame and unit.
         scale: Multiplies the file's numbers besides.
+        support: Plane that the object of a point cloud stands on: normal, and offset in the file's unit.
     """
 
     path: Path
@@ -72,6 +73,7 @@ class Upload:
     options: dict[str, Any]
     viewpoint: tuple[float, float, float] | None = None
     scale: float = 1.0
+    support: tuple[float, float, float, float] | None = None
 
 
 @dataclass(frozen=True)
@@ -168,13 +170,17 @@ def inspect_object(storage: Storage, upload: Upload) -> dict[str, Any]:
     Raises:
         ObjectFileError: The file is no graspable object.
     """
+    from fingersplit.errors import ObjectFileError
     from fingersplit.objects.intake import read_file
+    from fingersplit.objects.mesh import Mesh
     from fingersplit.objects.options import ObjectOptions
     from fingersplit.objects.source import ObjectSource
 
     options = ObjectOptions.from_document(upload.options)
-    source = ObjectSource(upload.unit, upload.scale, upload.viewpoint)
+    source = ObjectSource(upload.unit, upload.scale, upload.viewpoint, upload.support)
     shape, report = read_file(upload.path, source)
+    if upload.support is not None and isinstance(shape, Mesh):
+        raise ObjectFileError("needless_support", "A support belongs to a point cloud, but the file holds a mesh.")
     model = keep_object(storage, shape, options, source, report)
     return {
         "id": model.id,

@@ -31,9 +31,9 @@ class Objects(Resource[Mode], Generic[Mode]):
             mesh: A path, an open binary file, the bytes of a file, or vertices (n, 3) and triangles (m, 3).
             **options: ``unit`` of the file (``"m"``, ``"mm"``, ``"cm"`` or ``"in"``) and ``scale`` of its numbers;
                 ``name`` for people, by default that of the file; ``file_type`` such as ``"stl"``, by default the file's
-                suffix and needed with bytes; ``viewpoint`` of the camera that saw a point cloud, in the file's frame
-                and unit; what is known of the object: ``density`` [kg/m^3] or ``mass`` [kg], ``friction``, ``fairing``
-                [m].
+                suffix and needed with bytes; ``viewpoint`` of the camera that saw a point cloud and ``support``, the
+                plane that its object stands on (normal and offset), in the file's frame and unit; what is known of the
+                object: ``density`` [kg/m^3] or ``mass`` [kg], ``friction``, ``fairing`` [m].
 
         Raises:
             InvalidRequestError: An option or the file is not valid.
