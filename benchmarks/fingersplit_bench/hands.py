@@ -63,7 +63,7 @@ class HandRow:
     fingers: str
     pads_m: float
     jacobians: float
-    rates: "Rates"
+    rates: Rates
     shares: dict[str, float]
     firsts: dict[str, int | None]
     lift_s: dict[str, float]

@@ -48,6 +48,14 @@ async def two(postgresql, tmp_path_factory, anyio_backend):
         yield apis
 
 
+@pytest.fixture
+def database(postgresql, tmp_path):
+    """Of several machines, empty."""
+    opened = Database(database_url(postgresql(), tmp_path))
+    yield opened
+    opened.close()
+
+
 @pytest.mark.anyio
 async def test_any_replica_answers_for_any_job(two):
     here, there = two
@@ -310,31 +318,27 @@ def _refusal(port: int) -> str:
 
 
 @pytest.mark.anyio
-async def test_a_silent_agent_cannot_write_when_it_wakes(postgresql, tmp_path):
-    database = Database(database_url(postgresql(), tmp_path))
-    try:
-        await ObjectStore(database).add("me", OBJECT)
-        new = [NewJob(f"job{number}", "cube", "barrett", 0, None, "{}", "") for number in range(2)]
-        await JobStore(database).add("me", new, longest_queue=10)
-        first, second = ClusterQueue(database, "first", 1), ClusterQueue(database, "second", 1)
-        await first.begin()
-        await second.begin()
-        mine = await first.claim()
-        assert (await second.rescue(60)).queued == []
-        await second.beat({})
-        with database.engine.begin() as connection:
-            connection.exec_driver_sql(f"UPDATE agents SET beat_at = beat_at - 100 WHERE id = '{first.agent}'")
-        assert (await second.rescue(60)).queued == [mine.id]
-        again = await second.claim()
-        assert (again.id, again.attempts) == (mine.id, 2)
-        assert not (await first.beat({mine.id: (mine.attempts, None, None)})).known
-        assert await first.succeed(mine, FOUND) is None
-        await first.register()
-        lost = (await first.beat({mine.id: (mine.attempts, None, None)})).lost
-        assert list(lost) == [mine.id]
-        assert await second.succeed(again, FOUND)
-    finally:
-        database.close()
+async def test_a_silent_agent_cannot_write_when_it_wakes(database):
+    await ObjectStore(database).add("me", OBJECT)
+    new = [NewJob(f"job{number}", "cube", "barrett", 0, None, "{}", "") for number in range(2)]
+    await JobStore(database).add("me", new, longest_queue=10)
+    first, second = ClusterQueue(database, "first", 1), ClusterQueue(database, "second", 1)
+    await first.begin()
+    await second.begin()
+    mine = await first.claim()
+    assert (await second.rescue(60)).queued == []
+    await second.beat({})
+    with database.engine.begin() as connection:
+        connection.exec_driver_sql(f"UPDATE agents SET beat_at = beat_at - 100 WHERE id = '{first.agent}'")
+    assert (await second.rescue(60)).queued == [mine.id]
+    again = await second.claim()
+    assert (again.id, again.attempts) == (mine.id, 2)
+    assert not (await first.beat({mine.id: (mine.attempts, None, None)})).known
+    assert await first.succeed(mine, FOUND) is None
+    await first.register()
+    lost = (await first.beat({mine.id: (mine.attempts, None, None)})).lost
+    assert list(lost) == [mine.id]
+    assert await second.succeed(again, FOUND)
 
 
 @pytest.mark.anyio
@@ -368,28 +372,24 @@ async def test_an_agent_that_stands_still_within_a_transaction_is_given_up(postg
 
 
 @pytest.mark.anyio
-async def test_a_claim_reads_few_rows_however_many_jobs_an_owner_had(postgresql, tmp_path):
-    database = Database(database_url(postgresql(), tmp_path))
-    try:
-        await ObjectStore(database).add("me", OBJECT)
-        queue = ClusterQueue(database, "first", 1)
-        await queue.begin()
-        new = [NewJob(f"job{number}", "cube", "barrett", 0, None, "{}", "") for number in range(1000)]
-        await JobStore(database).add("me", new, longest_queue=1000)
-        with database.engine.begin() as connection:
-            connection.exec_driver_sql("UPDATE jobs SET state = 'succeeded', started_at = 1 WHERE number <= 900")
+async def test_a_claim_reads_few_rows_however_many_jobs_an_owner_had(database):
+    await ObjectStore(database).add("me", OBJECT)
+    queue = ClusterQueue(database, "first", 1)
+    await queue.begin()
+    new = [NewJob(f"job{number}", "cube", "barrett", 0, None, "{}", "") for number in range(1000)]
+    await JobStore(database).add("me", new, longest_queue=1000)
+    with database.engine.begin() as connection:
+        connection.exec_driver_sql("UPDATE jobs SET state = 'succeeded', started_at = 1 WHERE number <= 900")
 
-        def rows_read(connection) -> int:
-            """Of the jobs, by one claim."""
-            counted = "SELECT seq_tup_read + idx_tup_fetch FROM pg_stat_xact_user_tables WHERE relname = 'jobs'"
-            before = connection.exec_driver_sql(counted).scalar() or 0
-            assert ClusterQueue.claim.__wrapped__(queue, connection, {"cube"}) is not None
-            return connection.exec_driver_sql(counted).scalar() - before
+    def rows_read(connection) -> int:
+        """Of the jobs, by one claim."""
+        counted = "SELECT seq_tup_read + idx_tup_fetch FROM pg_stat_xact_user_tables WHERE relname = 'jobs'"
+        before = connection.exec_driver_sql(counted).scalar() or 0
+        assert ClusterQueue.claim.__wrapped__(queue, connection, {"cube"}) is not None
+        return connection.exec_driver_sql(counted).scalar() - before
 
-        read = [await database.run(rows_read) for _ in range(10)]
-        assert 0 < max(read) < 100
-    finally:
-        database.close()
+    read = [await database.run(rows_read) for _ in range(10)]
+    assert 0 < max(read) < 100
 
 
 def test_a_long_transaction_outlives_those_that_stand_still(postgresql, tmp_path, monkeypatch):
@@ -409,90 +409,74 @@ def test_a_long_transaction_outlives_those_that_stand_still(postgresql, tmp_path
 
 
 @pytest.mark.anyio
-async def test_a_claim_says_whether_more_jobs_wait(postgresql, tmp_path):
-    database = Database(database_url(postgresql(), tmp_path))
-    try:
-        await ObjectStore(database).add("me", OBJECT)
-        new = [NewJob(f"job{number}", "cube", "barrett", 0, None, "{}", "") for number in range(2)]
-        await JobStore(database).add("me", new, longest_queue=10)
-        queue = ClusterQueue(database, "this", 1)
-        await queue.begin()
-        said = []
-        for _ in range(3):
-            await queue.claim()
-            said.append(queue.more)
-        assert said == [True, False, False]
-    finally:
-        database.close()
+async def test_a_claim_says_whether_more_jobs_wait(database):
+    await ObjectStore(database).add("me", OBJECT)
+    new = [NewJob(f"job{number}", "cube", "barrett", 0, None, "{}", "") for number in range(2)]
+    await JobStore(database).add("me", new, longest_queue=10)
+    queue = ClusterQueue(database, "this", 1)
+    await queue.begin()
+    said = []
+    for _ in range(3):
+        await queue.claim()
+        said.append(queue.more)
+    assert said == [True, False, False]
 
 
 @pytest.mark.anyio
-async def test_one_agent_looks_for_a_single_job_before_the_others(postgresql, tmp_path):
-    database = Database(database_url(postgresql(), tmp_path))
-    try:
-        woken = []
-        agents = []
-        for name in ("first", "second", "third"):
-            queue = ClusterQueue(database, name, 1)
-            await queue.begin()
-            dispatcher = SimpleNamespace(running={}, interrupt=None, wake=partial(woken.append, name))
-            idle = SimpleNamespace(wake=lambda: None)
-            warm = SimpleNamespace(knows_any=lambda objects: True)
-            agents.append(Agent(queue, dispatcher, idle, SimpleNamespace(), warm, 3.0))
-        for agent in agents:
-            await agent._beat(0.0)
-        assert sum(agent.leads for agent in agents) == 1
-        looked_at_once = []
-        for turn in range(3):
-            woken.clear()
-            for agent in agents:
-                agent._queued(["cube"], turn)
-            looked_at_once += woken
-        assert sorted(looked_at_once) == ["first", "second", "third"]  # each in one turn, alone
+async def test_one_agent_looks_for_a_single_job_before_the_others(database):
+    woken = []
+    agents = []
+    for name in ("first", "second", "third"):
+        queue = ClusterQueue(database, name, 1)
+        await queue.begin()
+        dispatcher = SimpleNamespace(running={}, interrupt=None, wake=partial(woken.append, name))
+        idle = SimpleNamespace(wake=lambda: None)
+        warm = SimpleNamespace(knows_any=lambda objects: True)
+        agents.append(Agent(queue, dispatcher, idle, SimpleNamespace(), warm, 3.0))
+    for agent in agents:
+        await agent._beat(0.0)
+    assert sum(agent.leads for agent in agents) == 1
+    looked_at_once = []
+    for turn in range(3):
         woken.clear()
         for agent in agents:
-            agent._queued(["cube"], None)  # many jobs
-        assert woken == ["first", "second", "third"]
-    finally:
-        database.close()
+            agent._queued(["cube"], turn)
+        looked_at_once += woken
+    assert sorted(looked_at_once) == ["first", "second", "third"]  # each in one turn, alone
+    woken.clear()
+    for agent in agents:
+        agent._queued(["cube"], None)  # many jobs
+    assert woken == ["first", "second", "third"]
 
 
 @pytest.mark.anyio
-async def test_a_claim_whose_answer_was_lost_waits_again(postgresql, tmp_path, monkeypatch):
+async def test_a_claim_whose_answer_was_lost_waits_again(database, monkeypatch):
     monkeypatch.setattr("fingersplit_service.database.cluster_queue._UNKNOWN_FOR", -1.0)
-    database = Database(database_url(postgresql(), tmp_path))
-    try:
-        await ObjectStore(database).add("me", OBJECT)
-        await JobStore(database).add("me", [NewJob("job", "cube", "barrett", 0, None, "{}", "")], longest_queue=10)
-        queue = ClusterQueue(database, "this", 1)
-        await queue.begin()
-        assert (await queue.claim()).attempts == 1
-        await queue.beat({})
-        assert (await queue.claim()).attempts == 2
-    finally:
-        database.close()
+    await ObjectStore(database).add("me", OBJECT)
+    await JobStore(database).add("me", [NewJob("job", "cube", "barrett", 0, None, "{}", "")], longest_queue=10)
+    queue = ClusterQueue(database, "this", 1)
+    await queue.begin()
+    assert (await queue.claim()).attempts == 1
+    await queue.beat({})
+    assert (await queue.claim()).attempts == 2
 
 
 @pytest.mark.anyio
-async def test_warm_objects_are_preferred_and_nothing_is_starved(postgresql, tmp_path):
-    database = Database(database_url(postgresql(), tmp_path))
-    try:
-        objects = ObjectStore(database)
-        for name in ("cube", "other"):
-            await objects.add("me", OBJECT.model_copy(update={"id": name}))
-        cold = NewJob("cold", "cube", "barrett", 0, None, "{}", "")
-        warm = [NewJob(f"warm{number}", "other", "barrett", 0, None, "{}", "") for number in range(40)]
-        await JobStore(database).add("me", [cold, *warm], longest_queue=100)
-        queue = ClusterQueue(database, "this", 1)
-        await queue.begin()
-        claimed = [(await queue.claim({"other"})).id for _ in range(16)]
-        assert "cold" not in claimed[:15]
-        assert claimed[15] == "cold"
-    finally:
-        database.close()
+async def test_warm_objects_are_preferred_and_nothing_is_starved(database):
+    objects = ObjectStore(database)
+    for name in ("cube", "other"):
+        await objects.add("me", OBJECT.model_copy(update={"id": name}))
+    cold = NewJob("cold", "cube", "barrett", 0, None, "{}", "")
+    warm = [NewJob(f"warm{number}", "other", "barrett", 0, None, "{}", "") for number in range(40)]
+    await JobStore(database).add("me", [cold, *warm], longest_queue=100)
+    queue = ClusterQueue(database, "this", 1)
+    await queue.begin()
+    claimed = [(await queue.claim({"other"})).id for _ in range(16)]
+    assert "cold" not in claimed[:15]
+    assert claimed[15] == "cold"
 
 
-def test_a_start_waits_for_a_database_that_is_starting(postgresql, tmp_path, capsys):
+def test_a_start_waits_for_a_database_that_is_starting(postgresql, tmp_path, capsys, monkeypatch):
     there = sa.make_url(postgresql())
     url = there.set(database="later").render_as_string(hide_password=False)
     settings = ServiceSettings(
@@ -501,12 +485,11 @@ def test_a_start_waits_for_a_database_that_is_starting(postgresql, tmp_path, cap
     with pytest.raises(typer.Exit):
         _refuse_start(settings)
     assert "The database cannot be opened" in capsys.readouterr().err
+    told = threading.Event()
+    monkeypatch.setattr(typer, "echo", lambda text, **_: told.set() if "tried again" in text else None)
     with ThreadPoolExecutor() as threads:
         start = threads.submit(_refuse_start, settings.model_copy(update={"database_wait_s": PATIENCE}))
-        said = ""
-        while "tried again" not in (said := said + capsys.readouterr().err):
-            assert not start.done()
-            time.sleep(0.01)
+        assert told.wait(PATIENCE)
         engine = sa.create_engine(there.set(drivername="postgresql+psycopg"), isolation_level="AUTOCOMMIT")
         with engine.connect() as connection:
             connection.exec_driver_sql("CREATE DATABASE later")

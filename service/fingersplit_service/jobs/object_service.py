@@ -42,6 +42,8 @@ __all__ = ["ObjectService"]
 
 Returned = TypeVar("Returned")
 _GRASPS = TypeAdapter(list[ParallelGrasp])
+_FIELDS = {"needless_viewpoint": "/viewpoint", "needless_support": "/support", "below_support": "/support"}
+"""What is at fault where it is not the file."""
 _CLAIMS = 3  # attempts to keep an upload whose file clean-up removes at the same moment
 
 
@@ -313,8 +315,8 @@ class ObjectService:
         try:
             return await self._read_file(owner, self._functions.inspect, upload)
         except ObjectFileError as error:
-            if error.code in ("needless_viewpoint", "needless_support", "below_support"):
-                raise InvalidField(f"/{error.code.split('_')[1]}", str(error), code=error.code) from error
+            if error.code in _FIELDS:
+                raise InvalidField(_FIELDS[error.code], str(error), code=error.code) from error
             raise InvalidFile(str(error), code=error.code, mesh=True) from error
         except InvalidFile as error:
             error.mesh = True
