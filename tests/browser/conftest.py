@@ -99,11 +99,11 @@ def runs(service: str, tmp_path_factory: pytest.TempPathFactory) -> tuple[str, s
 
 @pytest.fixture(scope="session")
 def cornered(service: str, tmp_path_factory: pytest.TempPathFactory) -> str:
-    """Id of a run on a table, beside a wall, whose first grasp was simulated."""
+    """Id of a run on a table, beside a wall, whose first grasps were picked in simulation until one was lifted."""
     box = tmp_path_factory.mktemp("meshes") / "box.ply"
     PARAMETRIC_OBJECTS["box"]().trimesh.export(box)
     around = scenes.scene(scenes.box("wall", (0.4, 0.02, 0.3), (0.0, 0.09, 0.15)), supports=[scenes.table()])
     with Client(service, timeout=120) as client:
         uploaded = client.objects.upload(box, unit="m", name="a crate in a corner")
-        job = client.jobs.create(JobCreate(object_id=uploaded.id, starts=16, seed=1, scene=around, verified=1))
-        return client.jobs.wait(job).id
+        asked = JobCreate(object_id=uploaded.id, starts=16, seed=1, scene=around, verified=1, protocol="pick")
+        return client.jobs.wait(client.jobs.create(asked)).id

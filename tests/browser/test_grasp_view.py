@@ -57,6 +57,27 @@ def test_collision_shapes_and_forces_are_shown_on_demand(visit, keep, cornered):
         keep(page, f"view-{name.split()[0].lower()}", full=False)
 
 
+TO_THE_END = """
+() => {
+  const slider = document.querySelector("#view input[type=range]");
+  slider.value = slider.max;
+  slider.dispatchEvent(new Event("input"));
+  return document.querySelector("#view .moment").textContent.startsWith("Simulation");
+}
+"""
+
+
+def test_the_slider_goes_on_through_the_pick(visit, keep, cornered):
+    page = visit(f"/review/runs/{cornered}")
+    page.emulate_media(reduced_motion="reduce")
+    view = drawn(page)
+    page.wait_for_function(TO_THE_END)
+    expect(view.locator(".moment")).to_have_text(re.compile(r"^Simulation · hold, [\d.]+ s$"))
+    keep(page, "view-picked", full=False)
+    forces = page.get_by_role("region", name="Verification").get_by_role("img", name=re.compile("^Contact force"))
+    expect(forces.locator(".line")).to_have_count(3)
+
+
 FADED_AROUND = """
 async (canvas) => {
   const seen = new Set();

@@ -137,7 +137,7 @@ class PlanResult(schemas.PlanResult, LinkedDocument[Mode], Generic[Mode]):
 
     def __repr__(self) -> str:
         held = "" if self.summary.verification is None else f", {self.summary.verification.held} held in simulation"
-        feasible = f"{self.summary.feasible} of {self.starts} starts feasible"
+        feasible = f"{self.summary.feasible} of {self.summary.started} starts feasible"
         job = "" if self.job_id is None else f", job {self.job_id}"
         return f"<PlanResult {self.hand} on {self.object.name}: {len(self.grasps)} grasps, {feasible}{held}{job}>"
 

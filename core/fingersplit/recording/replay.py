@@ -26,6 +26,9 @@ from fingersplit.scene.preparing import PreparedScene, prepare_scene
 from fingersplit.splitting.settings import PlannerSettings
 from fingersplit.splitting.trace import PHASE_NAMES, QUALITY, Trace
 from fingersplit.verification import SimulationFrames, repeat_simulation
+from fingersplit.verification.protocols import load_protocol
+from fingersplit.verification.protocols.pick import Pick
+from fingersplit.verification.ranked_pick import ResultPicks
 
 __all__ = ["QualityCurve", "ReplayedGrasp", "replay"]
 
@@ -98,13 +101,13 @@ def replay(
     result.check_origin(model, hand)
     hand, grasp = result.active_grip(hand), result.grasp(rank)
     run, scene = _repeat_search(result, grasp, model, hand, obstacle)
-    again = _Simulations(model, hand, pieces)
+    again = _Simulations(result, model, hand, pieces, obstacle)
     return ReplayedGrasp(
         grasp=grasp,
         friction=result.friction,
         trace=run.trace,
         scene=scene,
-        frames=again.frames(grasp.verification, run.final if grasp.split_grasp is None else grasp.for_hand(hand)),
+        frames=again.verified(grasp, run.final if grasp.split_grasp is None else grasp.for_hand(hand)),
         initial_frames=again.frames(grasp.initial.verification, run.initial),
         rejected_by={} if result.scene is None else result.scene.rejected_by,
     )
@@ -143,9 +146,19 @@ def _repeat_search(
 class _Simulations:
     """Simulates again what has a report."""
 
+    result: PlanResult
     model: ObjectModel
     hand: Hand
     pieces: Callable[[], ConvexPieces] | None
+    obstacle: Callable[[str], ObjectModel] | None
+
+    def verified(self, planned: GraspResult, grasp: Grasp) -> SimulationFrames | None:
+        """Of a grasp of the result."""
+        report = planned.verification
+        if report is not None and self.pieces is not None and isinstance(load_protocol(report.protocol), Pick):
+            picks = ResultPicks(self.result, self.model, self.hand, self.pieces(), self.obstacle)
+            return picks.frames(planned, report)
+        return self.frames(report, grasp)
 
     def frames(self, report: Verification | None, grasp: Grasp) -> SimulationFrames | None:
         if report is None or self.pieces is None:

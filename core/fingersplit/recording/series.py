@@ -168,8 +168,8 @@ class RecordedFrames:
         hand_poses: ``world_from_link`` of the hand's links, see ``posing.hand_links``.
         contacts: Contact points, (T, F, 3) [m].
         forces: Contact forces on the object, (T, F, 3) [N].
-        slips: How far the object has moved in the palm, (T,) [m].
-        turns: How far it has turned in the palm, (T,) [rad].
+        slips: How far the object has moved in the palm since the hand began to close, (T,) [m].
+        turns: How far it has turned in the palm since then, (T,) [rad].
     """
 
     def __init__(self, series: SimulationFrames, hand: Hand) -> None:
@@ -187,8 +187,11 @@ class RecordedFrames:
         self.contacts, self.forces = series.contact_positions[frames], series.contact_forces[frames]
         in_palm = palms.inv().apply(object_positions - palm_positions)
         turned = palms.inv() * objects
-        self.slips = np.linalg.norm(in_palm - in_palm[:1], axis=1)
-        self.turns = (turned[0].inv() * turned).magnitude()
+        began = int(np.searchsorted(np.arange(usable)[frames], min(series.closing, usable - 1)))
+        began = min(began, len(in_palm) - 1)
+        self.slips = np.linalg.norm(in_palm - in_palm[began], axis=1)
+        self.turns = (turned[began].inv() * turned).magnitude()
+        self.slips[:began] = self.turns[:began] = 0.0
 
     def rows(self, count: int) -> NDArray[np.int64]:
         """Frames for ``count`` rows: in order, then the last one on and on, (count,)."""

@@ -127,6 +127,7 @@ def motion_scene(frames: SimulationFrames | None) -> dict[str, Any]:
     rows = np.unique(np.linspace(0, max(usable - 1, 0), SIMULATED).round().astype(int))[:usable]
     return {
         "times": _short(frames.times[rows], 3),
+        "closing": min(int(np.searchsorted(rows, frames.closing)), len(rows) - 1),
         "phases": [str(frames.phase_names[phase]) for phase in frames.phases[rows]],
         "palm": _poses(frames.palm_positions[rows], frames.palm_wxyz[rows]),
         "joints": _short(frames.joints[rows], 4),

@@ -25,6 +25,7 @@ class SimulationFrames:
         object_wxyz: Orientation of the object, (T, 4).
         contact_positions: Where each finger presses, (T, F, 3) [m].
         contact_forces: Force of each finger on the object, zero without contact, (T, F, 3) [N].
+        closing: First frame in which the hand closes; slip and turn count from it.
     """
 
     times: NDArray[np.float64]
@@ -37,3 +38,4 @@ class SimulationFrames:
     object_wxyz: NDArray[np.float64]
     contact_positions: NDArray[np.float64]
     contact_forces: NDArray[np.float64]
+    closing: int = 0

@@ -181,9 +181,9 @@ def simulation_frames(
         contact_positions=column("contact_positions")[:, :fingers] + offsets[:, None],
         contact_forces=column("contact_forces")[:, :fingers],
     )
-    for name, array in vars(thinned).items():
-        if name != "phase_names":
-            array.setflags(write=False)
+    for values in vars(thinned).values():
+        if isinstance(values, np.ndarray):
+            values.setflags(write=False)
     return thinned
 
 

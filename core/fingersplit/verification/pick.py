@@ -1,5 +1,7 @@
 """Verify one grasp by a whole pick, executed as published: build the world, run, and say what happened."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from fingersplit.contacts.friction import DEFAULT_FRICTION
@@ -30,6 +32,7 @@ def verify_pick(
     friction: float = DEFAULT_FRICTION,
     planned_friction: float = DEFAULT_FRICTION,
     grip: GripPlan | None = None,
+    watch: Callable[[PickWorld], None] | None = None,
 ) -> PickReport:
     """Simulate a whole pick; the same arguments give the same numbers.
 
@@ -44,6 +47,7 @@ def verify_pick(
         friction: Sliding friction between hand and object in the simulation.
         planned_friction: Sliding friction that the grip is planned for where none is given.
         grip: The published grip; None to plan it.
+        watch: Is shown the world after every step.
 
     Returns:
         What happened.
@@ -63,4 +67,4 @@ def verify_pick(
     pressed = -(grasp.normals * grip.forces).sum(axis=1)
     torsional = float(torsion_in(protocol, np.full(len(pressed), friction), pressed, hand).mean())
     world.set_object(model.mass, model.center_of_mass, model.inertia, friction, torsional, protocol.support_friction)
-    return run_pick(world, PickMotion(ways, grasp.joints, grip.targets), scene, protocol)
+    return run_pick(world, PickMotion(ways, grasp.joints, grip.targets), scene, protocol, watch)

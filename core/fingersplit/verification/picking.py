@@ -4,6 +4,7 @@ The object rests on its support. The hand comes along the planned approach, clos
 from the planned opening to the planned grasp and on into the planned grip, leaves along the retreat, and holds.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -16,7 +17,7 @@ from fingersplit.transforms import rotation_from_wxyz
 from fingersplit.verification.pick_world import CARRIAGE_FREQUENCY, PickWorld
 from fingersplit.verification.protocols.pick import Pick
 
-__all__ = ["PickMotion", "PickReport", "PickWays", "run_pick"]
+__all__ = ["PickMotion", "PickReport", "PickWays", "run_pick", "stretches"]
 
 PickReason = Literal[
     "held",
@@ -121,7 +122,13 @@ class _Log:
     obstacles: set[int]
 
 
-def run_pick(world: PickWorld, motion: PickMotion, scene: PreparedScene, protocol: Pick) -> PickReport:
+def run_pick(
+    world: PickWorld,
+    motion: PickMotion,
+    scene: PreparedScene,
+    protocol: Pick,
+    watch: Callable[[PickWorld], None] | None = None,
+) -> PickReport:
     """Run a pick; the world's carriage is at zero in the grasp.
 
     Args:
@@ -129,6 +136,7 @@ def run_pick(world: PickWorld, motion: PickMotion, scene: PreparedScene, protoco
         motion: What the hand does.
         scene: The object's pose and names of obstacles.
         protocol: Times and bounds.
+        watch: Is shown the world after every step.
     """
     rotation = scene.world_from_object[:3, :3]
     ways, opened = motion.ways, motion.ways.opened
@@ -142,27 +150,42 @@ def run_pick(world: PickWorld, motion: PickMotion, scene: PreparedScene, protoco
     world.raise_object(up / max(float(np.linalg.norm(up)), 1e-9))
     log = _Log([], [], [], [], [], set())
     start = _center(world)
-
-    def play(time: float, palm: _Stretch, joints: _Stretch) -> None:
-        steps = max(2, round(time / step))
+    still, leave = np.zeros(3), ways.retreat_distance * away
+    motions: dict[str, tuple[_Stretch, _Stretch]] = {
+        "settle": ((back, back), (opened, opened)),
+        "approach": ((back, still), (opened, opened)),
+        "close": ((still, still), (opened, motion.closed)),
+        "squeeze": ((still, still), (motion.closed, motion.pressed)),
+        "rest": ((still, still), (motion.pressed, motion.pressed)),
+        "lift": ((still, leave), (motion.pressed, motion.pressed)),
+        "hold": ((leave, leave), (motion.pressed, motion.pressed)),
+    }
+    settling, came, gripped = 0.0, 0, 0
+    for name, steps in stretches(protocol):
+        palm, joints = motions[name]
         shares = _smooth(np.arange(1, steps + 1) / steps)[:, None]
         path = palm[0] + shares * (palm[1] - palm[0])
         targets = joints[0] + shares * (joints[1] - joints[0])
-        _play(world, _feed_forward(path, step), targets, log)
-
-    play(protocol.settle_time, (back, back), (opened, opened))
-    settling = float(np.linalg.norm(_center(world) - start))
-    came = len(log.touching)
-    still = np.zeros(3)
-    play(protocol.approach_time, (back, still), (opened, opened))
-    play(protocol.close_time, (still, still), (opened, motion.closed))
-    play(protocol.squeeze_time, (still, still), (motion.closed, motion.pressed))
-    play(protocol.squeeze_time / 2, (still, still), (motion.pressed, motion.pressed))  # lets it come to rest
-    gripped = len(log.touching)
-    leave = ways.retreat_distance * away
-    play(protocol.lift_time, (still, leave), (motion.pressed, motion.pressed))
-    play(protocol.hold_time, (leave, leave), (motion.pressed, motion.pressed))
+        _play(world, _feed_forward(path, step), targets, log, watch)
+        if name == "settle":
+            settling, came = float(np.linalg.norm(_center(world) - start)), len(log.touching)
+        elif name == "rest":
+            gripped = len(log.touching)
     return _judge(world, scene, protocol, log, (came, gripped), settling, away, step)
+
+
+def stretches(protocol: Pick) -> list[tuple[str, int]]:
+    """The phases of a pick in their order, with the steps that each takes; ``rest`` lets the grip come to rest."""
+    times = {
+        "settle": protocol.settle_time,
+        "approach": protocol.approach_time,
+        "close": protocol.close_time,
+        "squeeze": protocol.squeeze_time,
+        "rest": protocol.squeeze_time / 2,
+        "lift": protocol.lift_time,
+        "hold": protocol.hold_time,
+    }
+    return [(name, max(2, round(time / protocol.time_step))) for name, time in times.items()]
 
 
 def _center(world: PickWorld) -> NDArray[np.float64]:
@@ -171,7 +194,13 @@ def _center(world: PickWorld) -> NDArray[np.float64]:
     return np.asarray(position + rotation_from_wxyz(wxyz) @ world.model.body_ipos[world.object_body])
 
 
-def _play(world: PickWorld, path: NDArray[np.float64], targets: NDArray[np.float64], log: _Log) -> None:
+def _play(
+    world: PickWorld,
+    path: NDArray[np.float64],
+    targets: NDArray[np.float64],
+    log: _Log,
+    watch: Callable[[PickWorld], None] | None,
+) -> None:
     data = world.data
     for place, joints in zip(path, targets, strict=True):
         data.ctrl[world.carriage_controls], data.ctrl[world.joint_controls] = place, joints[world.drivers]
@@ -185,6 +214,8 @@ def _play(world: PickWorld, path: NDArray[np.float64], targets: NDArray[np.float
         log.touching.append(touching)
         if obstacle is not None:
             log.obstacles.add(obstacle)
+        if watch is not None:
+            watch(world)
 
 
 def _smooth(shares: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -21,8 +21,12 @@ from fingersplit.scene.attaching import attach_bodies
 from fingersplit.scene.constraints import Constraints
 from fingersplit.scene.preparing import PreparedScene, prepare_scene
 from fingersplit.verification.controllers import PositionServo
+from fingersplit.verification.frames import SimulationFrames
 from fingersplit.verification.pick import verify_pick
+from fingersplit.verification.pick_frames import PickCamera
+from fingersplit.verification.pick_world import PickWorld
 from fingersplit.verification.picking import PickReport, PickWays
+from fingersplit.verification.protocols import load_protocol
 from fingersplit.verification.protocols.noisy_pick import NoisyPick
 from fingersplit.verification.protocols.pick import Pick
 from fingersplit.verification.published import Execution
@@ -74,24 +78,7 @@ class ResultPicks:
             raise SettingsError(
                 f"Protocol {protocol.name!r} needs a free approach; the grasp of rank {grasp.rank} has none."
             )
-        moved = [np.eye(4)]
-        if isinstance(protocol, NoisyPick):
-            moved = list(protocol.displacements(self._model.center_of_mass))
-        reports = [
-            verify_pick(
-                _seen_from(object_moved, grasp.for_hand(self._hand)),
-                self._hand,
-                self._model,
-                self._pieces,
-                self._scene,
-                ways.seen_from(object_moved),
-                protocol,
-                friction=simulated,
-                planned_friction=planned,
-                grip=grip,
-            )
-            for object_moved in moved
-        ]
+        reports = [self._pick(grasp, ways, moved, protocol, simulated) for moved in self._draws(protocol)]
         failures = [report for report in reports if report.reason != "held"]
         enough = protocol.least_share if isinstance(protocol, NoisyPick) else 1.0
         held = len(failures) <= (1.0 - enough) * len(reports) + 1e-9
@@ -125,6 +112,51 @@ class ResultPicks:
                 for name, report in zip(names, reports, strict=True)
             ),
             time_ms=1e3 * (perf_counter() - began),
+        )
+
+    def frames(self, grasp: GraspResult, report: Verification) -> SimulationFrames | None:
+        """The pick of a report again, frame by frame; of several draws the first.
+
+        Raises:
+            SettingsError: The report names a protocol or numbers that this version does not know.
+        """
+        protocol, ways = load_protocol(report.protocol, report.settings["protocol"]), self._ways(grasp)
+        assert isinstance(protocol, Pick)
+        if ways is None:
+            return None
+        moved = self._draws(protocol)[0]
+        palm = _seen_from(moved, grasp.for_hand(self._hand)).object_from_palm
+        camera = PickCamera(protocol, self._scene.world_from_object, palm)
+        self._pick(grasp, ways, moved, protocol, report.settings["friction"], camera.watch)
+        return camera.frames()
+
+    def _draws(self, protocol: Pick) -> list[NDArray[np.float64]]:
+        """Where the object is in the frame that it was said to have, (4, 4), for each pick."""
+        if isinstance(protocol, NoisyPick):
+            return list(protocol.displacements(self._model.center_of_mass))
+        return [np.eye(4)]
+
+    def _pick(
+        self,
+        grasp: GraspResult,
+        ways: PickWays,
+        object_moved: NDArray[np.float64],
+        protocol: Pick,
+        friction: float,
+        watch: Callable[[PickWorld], None] | None = None,
+    ) -> PickReport:
+        return verify_pick(
+            _seen_from(object_moved, grasp.for_hand(self._hand)),
+            self._hand,
+            self._model,
+            self._pieces,
+            self._scene,
+            ways.seen_from(object_moved),
+            protocol,
+            friction=friction,
+            planned_friction=self._result.friction,
+            grip=grasp.grip_plan(self._hand),
+            watch=watch,
         )
 
     def _ways(self, grasp: GraspResult) -> PickWays | None:

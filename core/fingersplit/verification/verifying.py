@@ -269,7 +269,7 @@ def repeat_simulation(
     """
     settings = report.settings
     if isinstance(load_protocol(report.protocol), Pick):
-        return Simulated(report, None)  # its frames are in another frame than those of grasps held in the hand
+        return Simulated(report, None)  # needs what stands around: see ``ResultPicks.frames``
     controller, execution = dict(settings["controller"]), settings["execution"]
     return simulate(
         grasp,

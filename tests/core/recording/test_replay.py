@@ -11,8 +11,10 @@ from fingersplit.objects.convex_pieces import decompose
 from fingersplit.planning.planning import plan
 from fingersplit.planning.search import find_grasps
 from fingersplit.recording.replay import replay
+from fingersplit.recording.series import RecordedFrames
+from fingersplit.recording.web_scene import motion_scene
 from fingersplit.result import PlanResult
-from fingersplit.scene import Constraints, Scene, SupportSurface
+from fingersplit.scene import Constraints, Pose, Scene, SupportSurface
 from fingersplit.splitting.settings import PlannerSettings
 from fingersplit.verification import simulate, verify_ranked
 from fingersplit.verification.published import Execution
@@ -86,3 +88,41 @@ def test_a_grasp_planned_in_a_scene_comes_back(model, barrett):
     result = stored(plan(model, barrett, constraints=constraints, **OPTIONS))
     assert result.provenance.constraints["scene"]["support_surfaces"][0]["id"] == "table"
     assert replay(result, 1, model, barrett).grasp == result.grasps[0]
+
+
+def test_a_pick_is_shown_as_it_was_reported(prepared, barrett):
+    model = prepared("box")
+    pose = Pose((0.3, 0.1, -float(model.mesh.vertices[:, 2].min())), (np.cos(0.4), 0.0, 0.0, np.sin(0.4)))
+    constraints = Constraints(Scene(object_pose=pose, support_surfaces=(SupportSurface(),)))
+    pieces = decompose(model.mesh)
+    planned = plan(model, barrett, constraints=constraints, **OPTIONS)
+    result = stored(verify_ranked(planned, model, barrett, pieces, verified=1, protocol="pick"))
+    grasp = next(one for one in result.grasps if one.verification is not None and one.verification.passed)
+    frames = replay(result, grasp.rank, model, barrett, lambda: pieces).frames
+    names = [frames.phase_names[phase] for phase in frames.phases]
+    assert list(dict.fromkeys(names)) == ["settle", "approach", "close", "squeeze", "rest", "lift", "hold"]
+    assert frames.closing == names.index("close")
+    reported = grasp.verification.settings["pick"]
+    # In the object's frame the hand reaches the grasp, and then leaves with the object.
+    planned_palm = grasp.for_hand(barrett).object_from_palm[:3, 3]
+    np.testing.assert_allclose(frames.palm_positions[frames.closing], planned_palm, atol=1e-3)
+    begun = planned_palm - grasp.approach_path.distance * np.array(grasp.approach_path.direction)
+    np.testing.assert_allclose(frames.palm_positions[0], begun, atol=1e-3)
+    raised = (frames.object_positions[-1] - frames.object_positions[names.index("lift")]) @ grasp.retreat_path.direction
+    assert raised == pytest.approx(reported["lifted"], abs=1e-3)
+    # The fingers press from their first touch on, and carry the weight in the end.
+    came = names.index("approach")
+    for finger, (name, touch) in enumerate(reported["first_touches"].items()):
+        pressed = np.linalg.norm(frames.contact_forces[came:, finger], axis=1) > 0
+        first = frames.times[came + int(pressed.argmax())] - frames.times[came - 1]
+        assert first == pytest.approx(touch, abs=0.05), name
+    up = np.array([0.0, 0.0, 1.0])
+    carried = frames.contact_forces[-30:].sum(axis=1).mean(axis=0)
+    np.testing.assert_allclose(carried, model.mass * 9.81 * up, atol=0.1 * model.mass * 9.81)
+    pads = np.array([contact.position for contact in grasp.contacts])
+    np.testing.assert_allclose(frames.contact_positions[names.index("rest")], pads, atol=8e-3)
+    # Slip counts from the closing on, on the page and in the recording.
+    shown, recorded = motion_scene(frames), RecordedFrames(frames, barrett)
+    assert shown["phases"][shown["closing"]] == "close"
+    assert recorded.slips[: frames.closing].max() == 0.0
+    assert recorded.slips.max() < reported["displacement"] + reported["pushed"] + 5e-3

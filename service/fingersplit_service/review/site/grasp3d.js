@@ -2,7 +2,7 @@
 
 import { Hand3d } from "./hand3d.js";
 import { Stage } from "./stage.js";
-import { meshGeometry, place, points, pose, primitiveGeometry } from "./three.js";
+import { ballAround, meshGeometry, place, points, pose, primitiveGeometry } from "./three.js";
 import { SOLID, Veils } from "./veils.js";
 
 const CONE = 0.018; // height of the drawn friction cones [m]
@@ -20,7 +20,7 @@ export class Grasp3d {
     this.grasped = document.states.palm.length - 1;
     const last = this.frames[this.grasped];
     this.hand.move(last.palm, last.joints);
-    const around = this.bounds();
+    const around = ballAround(THREE, this.object, this.hand.group);
     const approach = new THREE.Vector3(...document.parallel_grasp.approach);
     const [first, second] = document.parallel_grasp.contacts.map((point) => new THREE.Vector3(...point));
     const jaw = first.sub(second).normalize();
@@ -28,6 +28,7 @@ export class Grasp3d {
     this.stage = new Stage(THREE, canvas, { radius: around.radius, target: around.center, up: new THREE.Vector3(...document.up), towards: side });
     const obstacles = surroundings(THREE, document, this.object);
     this.stage.veils = new Veils(THREE, obstacles, around);
+    this.around = around;
     this.stage.scene.add(this.object, this.hand.group, obstacles, this.marks(), this.way());
     this.show(this.grasped);
   }
@@ -38,11 +39,6 @@ export class Grasp3d {
     const mesh = new THREE.Mesh(meshGeometry(THREE, document.object), material);
     mesh.renderOrder = 2;
     return mesh;
-  }
-
-  bounds() {
-    const box = new this.THREE.Box3().setFromObject(this.object).expandByObject(this.hand.group);
-    return box.getBoundingSphere(new this.THREE.Sphere());
   }
 
   // Every moment that can be shown without the simulation.
@@ -65,7 +61,7 @@ export class Grasp3d {
       const palm = end.palm.clone();
       const [from, to] = [begin, end.palm].map((matrix) => new THREE.Vector3().setFromMatrixPosition(matrix));
       palm.setPosition(from.lerp(to, step / STEPS.approach));
-      frames.push({ phase: "approach", palm, joints: pregrasp.joints, said: "Pre-grasp, straight in" });
+      frames.push({ phase: "approach", follow: true, palm, joints: pregrasp.joints, said: "Pre-grasp, straight in" });
     }
     for (let step = 1; step <= STEPS.closing; step++) {
       const joints = pregrasp.joints.map((angle, j) => angle + ((end.joints[j] - angle) * step) / STEPS.closing);
@@ -80,6 +76,7 @@ export class Grasp3d {
     motion.times.forEach((time, t) => {
       this.frames.push({
         phase: "simulation",
+        follow: true,
         palm: pose(THREE, motion.palm[t]),
         joints: motion.joints[t],
         object: pose(THREE, motion.object[t]),
@@ -131,10 +128,21 @@ export class Grasp3d {
     return this.waiting;
   }
 
+  // Where the hand and the object have gone since the grasp, half-way between the two; an object that fell is left behind.
+  moved(frame) {
+    const { THREE } = this;
+    if (!frame.follow) return new THREE.Vector3();
+    const [now, then] = [frame.palm, this.frames[this.grasped].palm].map((matrix) => new THREE.Vector3().setFromMatrixPosition(matrix));
+    const { center, radius } = this.around;
+    const object = frame.object ? center.clone().applyMatrix4(frame.object).sub(center).clampLength(0, radius) : new THREE.Vector3();
+    return now.sub(then).add(object).multiplyScalar(0.5);
+  }
+
   show(index) {
     const { THREE } = this;
     const frame = this.frames[index];
     this.current = index;
+    this.stage?.shift.copy(this.moved(frame));
     this.hand.move(frame.palm, frame.joints);
     place(this.object, frame.object ?? new THREE.Matrix4());
     const forces = (frame.forces ?? []).map((force) => (force ? new THREE.Vector3(...force) : null));

@@ -4,7 +4,7 @@ import * as api from "./api.js";
 import { h } from "./dom.js";
 import { Hand3d } from "./hand3d.js";
 import { Stage } from "./stage.js";
-import { three } from "./three.js";
+import { ballAround, three } from "./three.js";
 
 export async function viewHand(place, name) {
   place.dataset.state = "loading";
@@ -33,7 +33,7 @@ function mount(THREE, canvas, document) {
   const angles = document.drivers.map(({ lower, upper }) => Math.min(Math.max(0, lower), upper));
   const follow = () => document.coupling.matrix.map((row, j) => row.reduce((sum, ratio, a) => sum + ratio * angles[a], document.coupling.offset[j]));
   hand.move(palm, document.postures[0].joints);
-  const { center, radius } = new THREE.Box3().setFromObject(hand.group).getBoundingSphere(new THREE.Sphere());
+  const { center, radius } = ballAround(THREE, hand.group);
   const up = new THREE.Vector3(...document.approach);
   const stage = new Stage(THREE, canvas, { radius, target: center, up, towards: new THREE.Vector3(...document.lateral) });
   stage.scene.add(hand.group);

@@ -80,10 +80,10 @@ function draw(motion, grasp) {
   return [plot("Contact force, N", motion, forces), plot("Slip, mm", motion, slip)];
 }
 
-// How far the object's origin has moved in the palm's frame since the first frame [mm].
-function slips({ palm, object }) {
+// How far the object's origin has moved in the palm's frame since the hand began to close [mm].
+function slips({ palm, object, closing = 0 }) {
   const inPalm = palm.map((pose, t) => turnBack(pose.slice(3), object[t].slice(0, 3).map((value, axis) => value - pose[axis])));
-  return inPalm.map((place) => 1000 * Math.hypot(...place.map((value, axis) => value - inPalm[0][axis])));
+  return inPalm.map((place, t) => (t < closing ? 0 : 1000 * Math.hypot(...place.map((value, axis) => value - inPalm[closing][axis]))));
 }
 
 // A vector turned by the inverse of a quaternion wxyz.

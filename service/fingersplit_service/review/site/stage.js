@@ -11,7 +11,8 @@ export class Stage {
     this.scene = new THREE.Scene();
     this.camera = new THREE.PerspectiveCamera(30, 1, radius / 50, radius * 60);
     this.target = target.clone();
-    this.home = { target: target.clone(), distance: (0.82 * radius) / Math.sin((15 * Math.PI) / 180) };
+    this.shift = new THREE.Vector3(); // how far what is looked at has moved from there
+    this.home = { target: target.clone(), distance: radius / Math.sin((15 * Math.PI) / 180) };
     this.frame(up, towards);
     this.scene.add(new THREE.HemisphereLight(0xffffff, 0x8a8f98, 0.62));
     this.light = new THREE.DirectionalLight(0xffffff, 0.62);
@@ -156,7 +157,8 @@ export class Stage {
   }
 
   paint() {
-    const { camera, target, up, east, north } = this;
+    const { camera, up, east, north } = this;
+    const target = this.target.clone().add(this.shift);
     const flat = Math.cos(this.tilt) * this.distance;
     camera.position.copy(target);
     camera.position.addScaledVector(up, Math.sin(this.tilt) * this.distance);

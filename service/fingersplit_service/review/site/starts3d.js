@@ -60,7 +60,7 @@ function mount(THREE, canvas, document) {
     return group;
   });
   const { center, radius } = box.getBoundingSphere(new THREE.Sphere());
-  const stage = new Stage(THREE, canvas, { radius, target: center, up, towards: new THREE.Vector3(up.y + 0.4, up.z + 0.3, up.x + 0.5) });
+  const stage = new Stage(THREE, canvas, { radius: 0.82 * radius, target: center, up, towards: new THREE.Vector3(up.y + 0.4, up.z + 0.3, up.x + 0.5) });
   const obstacles = surroundings(THREE, document, object);
   stage.veils = new Veils(THREE, obstacles, { center, radius });
   stage.scene.add(object, obstacles, hand.group, ...dots);

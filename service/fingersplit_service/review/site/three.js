@@ -58,3 +58,27 @@ export function place(object, matrix) {
   object.matrix.copy(matrix);
   object.matrixWorldNeedsUpdate = true;
 }
+
+// A small ball around all corners that are drawn of some objects: it grows from the middle of their box towards each corner outside.
+export function ballAround(THREE, ...objects) {
+  const corners = [];
+  for (const object of objects) {
+    object.updateMatrixWorld(true);
+    object.traverseVisible(({ isMesh, geometry, matrixWorld }) => {
+      const positions = isMesh ? geometry.attributes.position : { count: 0 };
+      for (let index = 0; index < positions.count; index += 3) corners.push(new THREE.Vector3().fromBufferAttribute(positions, index).applyMatrix4(matrixWorld));
+    });
+  }
+  const center = new THREE.Box3().setFromPoints(corners).getCenter(new THREE.Vector3());
+  let radius = 0;
+  for (let round = 0; round < 3; round++) {
+    radius *= 0.9;
+    for (const corner of corners) {
+      const far = corner.distanceTo(center);
+      if (far <= radius) continue;
+      radius = (radius + far) / 2;
+      center.lerp(corner, 1 - radius / far);
+    }
+  }
+  return new THREE.Sphere(center, radius);
+}
