@@ -21,29 +21,35 @@ def export(
     rank: Annotated[
         int | None, typer.Option(help="Only the grasp of this rank; else all that can be executed.", min=1)
     ] = None,
+    hand: Annotated[
+        str | None, typer.Option(help="Name, folder or zip of the hand; default: the one of the result by its name.")
+    ] = None,
 ) -> None:
     """Write the grasps of a result in the format of another tool, or those of a data set in another one's layout."""
     from fingersplit.formats import export_file, formats_that
     from fingersplit.formats.registry import known_format
+    from fingersplit.hands.hand import load_hand
     from fingersplit.result import read_result
 
     if result.is_dir():
-        _convert(result, output, export_format, rank)
+        _convert(result, output, export_format, {"--rank": rank, "--hand": hand})
         return
     check_writable(output)
     known_format(export_format, formats_that("write"))
-    file = export_file(read_result(result), export_format, rank=rank)
+    stored = read_result(result)
+    file = export_file(stored, export_format, rank=rank, hand=load_hand(hand or stored.hand))
     output.write_bytes(file.content)
     typer.echo(f"Wrote {output}. {file.message}")
 
 
-def _convert(folder: Path, output: Path, layout: str, rank: int | None) -> None:
+def _convert(folder: Path, output: Path, layout: str, of_results: dict[str, int | str | None]) -> None:
     from fingersplit.dataset import Dataset
     from fingersplit.dataset.converting import convert
     from fingersplit.errors import SettingsError
 
-    if rank is not None:
-        raise SettingsError("A data set has no ranks; leave --rank out.")
+    for option, value in of_results.items():
+        if value is not None:
+            raise SettingsError(f"{option} is for results; leave it out for a data set.")
     typer.echo(f"Wrote {output}. {convert(Dataset(folder), layout, output)}")
 
 

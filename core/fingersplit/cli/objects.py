@@ -26,25 +26,30 @@ def load_origin(result: PlanResult, file: Path, hand_source: str | None = None) 
         hand_source: Name, folder or zip of the hand; None for the name in the result.
 
     Raises:
-        ResultError: The file holds another object, or object or hand were altered.
-        ObjectFileError: The file, or what it holds, is no graspable object.
+        ResultError: The file holds another object or none, or object or hand were altered.
         UnknownHandError: The hand is not known here.
     """
-    planned, hand = result.object, result.active_grip(load_hand(hand_source or result.hand))
-    model = load_object(
-        file,
-        unit=planned.source.unit,
-        scale=planned.source.scale,
-        viewpoint=planned.source.viewpoint,
-        support=planned.source.support,
-        name=planned.name,
-        options=planned.options,
-    )
+    planned, hand = result.object, load_hand(hand_source or result.hand)
+    result.check_hand(hand)
     try:
-        result.check_origin(model, hand)
+        model = load_object(
+            file,
+            unit=planned.source.unit,
+            scale=planned.source.scale,
+            viewpoint=planned.source.viewpoint,
+            support=planned.source.support,
+            name=planned.name,
+            options=planned.options,
+        )
+        result.check_object(model)
     except ResultError as error:
         raise ResultError(f"{file}: {error}") from error
-    return model, hand
+    except ObjectFileError as error:
+        raise ResultError(
+            f"{file}, read as the result was planned (unit {planned.source.unit!r}), is not its object "
+            f"{planned.name!r}: {error}"
+        ) from error
+    return model, result.active_grip(hand)
 
 
 def obstacle_files(files: Sequence[Path]) -> Callable[[str], ObjectModel]:

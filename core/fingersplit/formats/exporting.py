@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from fingersplit.errors import FormatError
 from fingersplit.grasp import HandPose
-from fingersplit.hands.hand import Hand, load_hand
+from fingersplit.hands.hand import Hand
 from fingersplit.result.grasp import GraspResult, PalmPose
 from fingersplit.result.plan import PlanResult
 
@@ -82,24 +82,21 @@ class Export:
     left_out: tuple[tuple[int, str], ...]
 
     @classmethod
-    def of(cls, result: PlanResult, rank: int | None = None, most: int | None = None) -> Self:
+    def of(cls, result: PlanResult, hand: Hand, rank: int | None = None, most: int | None = None) -> Self:
         """Grasps of a result.
 
         Args:
             result: The result.
+            hand: The hand that it was planned for.
             rank: Only this grasp, whatever is wrong with it; None for all that can be executed.
             most: Most grasps that the format holds; None for any number.
 
         Raises:
             FormatError: No grasp can be executed.
-            ResultError: No such rank, or joints that the hand does not have.
-            UnknownHandError: The hand is not known here.
+            ResultError: No such rank, or another hand.
         """
-        hand, chosen, left_out = (
-            result.active_grip(load_hand(result.hand)),
-            list[GraspResult](),
-            list[tuple[int, str]](),
-        )
+        result.check_hand(hand)
+        hand, chosen, left_out = result.active_grip(hand), list[GraspResult](), list[tuple[int, str]]()
         for grasp in result.grasps if rank is None else [result.grasp(rank)]:
             reason = None if rank is not None else _why_not(grasp)
             if reason is None and most is not None and len(chosen) == most:

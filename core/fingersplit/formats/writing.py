@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from fingersplit.formats.containers import serialised
 from fingersplit.formats.exporting import Export
 from fingersplit.formats.registry import formats_that, known_format
+from fingersplit.hands.hand import Hand, load_hand
 from fingersplit.result.plan import PlanResult
 
 __all__ = ["ExportedFile", "export", "export_file"]
@@ -27,7 +28,13 @@ class ExportedFile:
     message: str
 
 
-def export_file(result: PlanResult, format: str, *, rank: int | None = None) -> ExportedFile:  # noqa: A002
+def export_file(
+    result: PlanResult,
+    format: str,  # noqa: A002
+    *,
+    rank: int | None = None,
+    hand: Hand | None = None,
+) -> ExportedFile:
     """Write the grasps of a result that can be executed in another tool's format.
 
     Args:
@@ -35,18 +42,26 @@ def export_file(result: PlanResult, format: str, *, rank: int | None = None) -> 
         format: Name of a format that can be written, see ``formats_that``.
         rank: Only this grasp, whatever is wrong with it; None for all that can be executed, best first (the best one
             where the format holds one grasp).
+        hand: The hand that was planned for; None for the one that ships under the name in the result.
 
     Raises:
         FormatError: Unknown format, or no grasp that can be executed.
-        ResultError: No such rank.
+        ResultError: No such rank, or the hand is another one than was planned for.
+        UnknownHandError: No hand ships under that name.
     """
     chosen = known_format(format, formats_that("write"))
     assert chosen.write is not None
-    made = Export.of(result, rank, 1 if chosen.one_grasp else None)
+    made = Export.of(result, hand or load_hand(result.hand), rank, 1 if chosen.one_grasp else None)
     content = serialised(chosen.container, chosen.write(made))
     return ExportedFile(content, chosen.suffix, chosen.media_type, f"{chosen.title}: {made.message}")
 
 
-def export(result: PlanResult, format: str, *, rank: int | None = None) -> bytes:  # noqa: A002
+def export(
+    result: PlanResult,
+    format: str,  # noqa: A002
+    *,
+    rank: int | None = None,
+    hand: Hand | None = None,
+) -> bytes:
     """The bytes of ``export_file``."""
-    return export_file(result, format, rank=rank).content
+    return export_file(result, format, rank=rank, hand=hand).content

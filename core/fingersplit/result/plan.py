@@ -24,7 +24,7 @@ __all__ = [
 ]
 
 SCHEMA_VERSION = 2
-"""Of result documents; documents of 0.1.0 have none."""
+"""Of result documents; the first documents had none."""
 
 
 @dataclass(frozen=True)
@@ -131,8 +131,8 @@ class PlanResult:
         version = document.get("schema_version")
         if version is None:
             raise ResultError(
-                "This result was written by Fingersplit 0.1.0, whose documents do not say what they were planned with "
-                "(schema_version is missing); plan again."
+                "This result has no schema_version: it is from before results said what they were planned with; plan "
+                "again."
             )
         if version != SCHEMA_VERSION:
             raise ResultError(
@@ -156,10 +156,15 @@ class PlanResult:
         return self.summary.message
 
     def check_origin(self, model: ObjectModel, hand: Hand) -> None:
-        """Refuse another object or hand than the result was planned for.
+        """Refuse another object or hand than the result was planned for; raises as ``check_object``, ``check_hand``."""
+        self.check_object(model)
+        self.check_hand(hand)
+
+    def check_object(self, model: ObjectModel) -> None:
+        """Refuse another object than the result was planned for.
 
         Raises:
-            ResultError: The id of the object, or the hash of the hand's description, is not the result's.
+            ResultError: The id of the object is not the result's.
         """
         if model.id != self.object.id:
             raise ResultError(
@@ -167,6 +172,13 @@ class PlanResult:
                 f"result was planned for {self.object.id} ({self.object.name}). Give the unaltered file it was planned "
                 f"for."
             )
+
+    def check_hand(self, hand: Hand) -> None:
+        """Refuse another hand than the result was planned for.
+
+        Raises:
+            ResultError: Its name, or the hash of its description, is not the result's.
+        """
         if hand.name != self.hand:
             raise ResultError(f"The result was planned for the hand {self.hand!r}, not for {hand.name!r}.")
         if hand.sha256 != self.provenance.hand_sha256:
@@ -182,6 +194,11 @@ class PlanResult:
             if all([contact.finger for contact in grasp.contacts] == fingers for grasp in self.grasps):
                 return grip
         return hand
+
+    @property
+    def held(self) -> int:
+        """Number of grasps that held in simulation."""
+        return sum(grasp.verification is not None and grasp.verification.passed for grasp in self.grasps)
 
     def grasp(self, rank: int) -> GraspResult:
         """The grasp of a rank.

@@ -1,6 +1,7 @@
 """Every command on a stored result works from that result alone, whatever it was planned with; else it says why not."""
 
 import json
+import shutil
 from itertools import pairwise
 from pathlib import Path
 from subprocess import CompletedProcess
@@ -10,6 +11,7 @@ import pytest
 import trimesh
 from rerun.chunk import RrdReader
 
+from fingersplit.hands.files import find_hand
 from fingersplit.objects.parametric import PARAMETRIC_OBJECTS
 from in_process import run_program
 
@@ -177,13 +179,18 @@ REFUSALS = {
         lambda document: document["object"]["source"].update(unit="in"),
         "box.ply: The object is not the one of the result",
     ),
+    "impossible unit": (
+        "box.ply",
+        lambda document: document["object"]["source"].update(unit="mm"),
+        "box.ply, read as the result was planned (unit 'mm'), is not its object 'box'",
+    ),
     "altered hand": (
         "box.ply",
         lambda document: document["provenance"].update(hand_sha256="f" * 64),
         "description of the hand 'barrett' was altered",
     ),
     "unknown hand": ("box.ply", lambda document: document.update(hand="octopus"), "Unknown hand 'octopus'"),
-    "older schema": ("box.ply", lambda document: document.pop("schema_version"), "written by Fingersplit 0.1.0"),
+    "older schema": ("box.ply", lambda document: document.pop("schema_version"), "has no schema_version"),
     "newer schema": ("box.ply", lambda document: document.update(schema_version=9), "has schema_version 9"),
 }
 
@@ -197,6 +204,25 @@ def test_what_does_not_belong_together_is_refused(folder, planned, reason, comma
     assert (finished.returncode, finished.stdout) == (2, "")
     assert finished.stderr.count("\n") == 1
     assert said in finished.stderr
+
+
+@pytest.mark.parametrize("reason", ["altered hand", "unknown hand", "older schema", "newer schema"])
+def test_an_export_needs_the_hand_and_the_schema_of_the_result(folder, planned, reason):
+    _, change, said = REFUSALS[reason]
+    name = changed(folder, planned, "changed.json", change)
+    finished = run_program("export", name, "--format", "isaac_grasp", "-o", "grasps.yaml", cwd=folder)
+    assert (finished.returncode, finished.stdout) == (2, "")
+    assert said in finished.stderr
+
+
+def test_a_result_for_a_hand_of_ones_own_is_exported_with_that_hand(folder):
+    shutil.copytree(find_hand("barrett").root, folder / "hands" / "mine")
+    well("plan", "box.ply", "--hand", "hands/mine", "--starts", 8, "--json", "mine.json", cwd=folder)
+    asked = ("export", "mine.json", "--format", "isaac_grasp", "-o", "mine.yaml")
+    finished = run_program(*asked, cwd=folder)
+    assert (finished.returncode, "Unknown hand 'mine'" in finished.stderr) == (2, True)
+    well(*asked, "--hand", "hands/mine", cwd=folder)
+    assert "hand: mine" in (folder / "mine.yaml").read_text()
 
 
 def test_unknown_settings_and_ranks_are_refused(folder, planned):
