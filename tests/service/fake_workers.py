@@ -203,7 +203,7 @@ def write_shard(storage: Storage, task: ShardTask) -> None:
         staged.write_bytes(f"shard {task.item.index} {task.number}".encode())
 
 
-def convert(result: str, format_name: str, rank: int | None) -> ExportedFile:
+def convert(_storage: Storage, result: str, format_name: str, rank: int | None) -> ExportedFile:
     assert json.loads(result)["grasps"]
     if format_name not in {"moveit", "isaac_grasp"}:
         raise FormatError(f"Unknown format {format_name!r}; known: isaac_grasp, moveit.")

@@ -11,11 +11,17 @@ import httpx2
 import pytest
 from conftest import started
 
+from fingersplit.errors import UnknownHandError
+from fingersplit.objects.parametric import box
+from fingersplit.objects.preparing import prepare_object
+from fingersplit.planning.planning import plan
 from fingersplit_client import AsyncClient, NotFoundError
 from fingersplit_service.database.hands import HandStore
 from fingersplit_service.database.jobs import JobStore
 from fingersplit_service.database.objects import ObjectStore
-from fingersplit_service.jobs.hand_work import add_hand, correct_hand, view_hand
+from fingersplit_service.jobs.hand_work import add_hand, correct_hand, stored_hand, view_hand
+from fingersplit_service.jobs.outcome import strict_json
+from fingersplit_service.jobs.rendering import convert_result
 from fingersplit_service.operations.retention import Retention
 from fingersplit_service.settings import ServiceSettings
 from own_hand import description, hand_mjcf, to_toml, write_hand
@@ -137,6 +143,17 @@ async def test_a_deleted_hand_is_gone_and_its_files_are_swept(hands):
         retention = Retention(*stores, hands.storage, ServiceSettings(data_dir=hands.data_dir, keep_orphans_s=1))
         await retention.sweep_orphans(time.time() + 10)
     assert not hands.storage.hand(hand).exists()
+
+
+async def test_a_result_for_an_uploaded_hand_is_exported_with_its_links(hands):
+    hand = (await uploaded(hands))["name"]
+    found = plan(prepare_object(box()), stored_hand(hands.storage, hand), starts=4, seed=1, top_k=1)
+    text = strict_json(found.to_dict())
+    exported = convert_result(hands.storage, text, "isaac_grasp", 1).content.decode()
+    assert "thumb" in exported
+    assert hand in exported
+    with pytest.raises(UnknownHandError):
+        convert_result(replace(hands.storage, root=hands.storage.root / "elsewhere"), text, "isaac_grasp", 1)
 
 
 async def test_a_hand_in_use_stays(start, tmp_path):

@@ -19,7 +19,11 @@ router = APIRouter(tags=["jobs"])
     summary="Get a job's grasps in another tool's format",
     response_class=Response,
     responses=problem_answers(
-        ProblemKind.NOT_FOUND, ProblemKind.NOT_FINISHED, ProblemKind.INVALID_REQUEST, ProblemKind.WORKER_FAILED
+        ProblemKind.NOT_FOUND,
+        ProblemKind.NOT_FINISHED,
+        ProblemKind.GONE,
+        ProblemKind.INVALID_REQUEST,
+        ProblemKind.WORKER_FAILED,
     ),
 )
 async def export_job(

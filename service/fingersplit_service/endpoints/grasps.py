@@ -3,6 +3,7 @@
 import json
 
 from fastapi import APIRouter, Response
+from pydantic import TypeAdapter
 
 from fingersplit_client.schemas import Grasp, GraspVerification, JobVerification
 from fingersplit_service.dependencies import Jobs, Results
@@ -14,19 +15,22 @@ __all__ = ["router"]
 
 _JOB = "/v1/jobs/{job_id}"
 router = APIRouter(tags=["jobs"])
-_PROBLEMS = problem_answers(ProblemKind.NOT_FOUND, ProblemKind.NOT_FINISHED, ProblemKind.INVALID_REQUEST)
+_PROBLEMS = problem_answers(
+    ProblemKind.NOT_FOUND, ProblemKind.NOT_FINISHED, ProblemKind.GONE, ProblemKind.INVALID_REQUEST
+)
+_GRASPS = TypeAdapter(list[Grasp])
 
 
 @router.get(_JOB + "/grasps", response_model=list[Grasp], summary="List a job's grasps", responses=_PROBLEMS)
 async def list_grasps(results: Results, principal: Reader, job_id: JobId) -> Response:
     """The ranked grasps, best first; none for a job that failed or was cancelled."""
-    return json_response(json.dumps(await results.grasps(principal.owner, job_id)))
+    return json_response(_GRASPS.dump_json(await results.grasps(principal.owner, job_id)).decode())
 
 
 @router.get(_JOB + "/grasps/{rank}", response_model=Grasp, summary="Get a grasp", responses=_PROBLEMS)
 async def get_grasp(results: Results, principal: Reader, job_id: JobId, rank: Rank) -> Response:
     """One ranked grasp."""
-    return json_response(json.dumps(await results.grasp(principal.owner, job_id, rank)))
+    return json_response((await results.grasp(principal.owner, job_id, rank)).model_dump_json())
 
 
 @router.get(_JOB + "/verification", summary="See what simulation showed", responses=_PROBLEMS)
@@ -38,14 +42,8 @@ async def get_verification(jobs: Jobs, results: Results, principal: Reader, job_
         asked=json.loads(job.row.request)["verified"],
         verified=job.row.verified or 0,
         grasps=[
-            GraspVerification.model_validate(
-                {
-                    "rank": grasp["rank"],
-                    "verification": grasp["verification"],
-                    "initial": grasp["initial"].get("verification"),
-                }
-            )
+            GraspVerification(rank=grasp.rank, verification=grasp.verification, initial=grasp.initial.verification)
             for grasp in grasps
-            if grasp["verification"] is not None
+            if grasp.verification is not None
         ],
     )

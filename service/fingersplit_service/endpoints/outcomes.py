@@ -38,7 +38,9 @@ OutcomeId = Annotated[str, Path(description="Id of an outcome.", max_length=64, 
     _GRASP + "/outcome",
     status_code=201,
     summary="Report what became of a grasp",
-    responses=problem_answers(ProblemKind.NOT_FOUND, ProblemKind.NOT_FINISHED, ProblemKind.INVALID_REQUEST),
+    responses=problem_answers(
+        ProblemKind.NOT_FOUND, ProblemKind.NOT_FINISHED, ProblemKind.GONE, ProblemKind.INVALID_REQUEST
+    ),
 )
 async def report_outcome(
     outcomes: Outcomes, principal: Planner, job_id: JobId, rank: Rank, reported: OutcomeCreate

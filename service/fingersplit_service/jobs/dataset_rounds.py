@@ -6,7 +6,6 @@ is lost or planned twice when a service dies, and replicas may fill one data set
 
 import asyncio
 import hashlib
-import json
 import logging
 import time
 from collections.abc import Sequence
@@ -14,6 +13,7 @@ from dataclasses import replace
 from typing import NoReturn
 
 from fingersplit.dataset.order import BARREN, MAX_ROUND
+from fingersplit.errors import ResultError
 from fingersplit_client.schemas import DatasetCreate, JobCreate
 from fingersplit_service.blobs import BlobsUnavailable
 from fingersplit_service.database.connection import StorageUnavailable
@@ -22,6 +22,7 @@ from fingersplit_service.database.jobs import JobStore, QueueFull
 from fingersplit_service.database.usage import LimitReached
 from fingersplit_service.jobs.errors import InvalidField, WorkersNotReady
 from fingersplit_service.jobs.job_service import JobService
+from fingersplit_service.jobs.outcome import read_grasps
 
 __all__ = ["DatasetRounds", "missing_of", "refusal_of", "round_request"]
 
@@ -170,8 +171,11 @@ def _failed(one: RoundRow, code: str, detail: str) -> RoundRow:
 
 def _planned(one: RoundRow, verified: bool, document: str) -> RoundRow:
     """A round with what its result, JSON, has; grasps beyond those that were missing do not count."""
-    grasps = json.loads(document)["grasps"]
-    feasible = sum(grasp["feasible"] for grasp in grasps)
-    held = sum(bool(grasp["verification"] and grasp["verification"]["passed"]) for grasp in grasps)
+    try:
+        grasps = read_grasps(document)
+    except ResultError as error:
+        return _failed(one, "refused", str(error))
+    feasible = sum(grasp.feasible for grasp in grasps)
+    held = sum(grasp.verification is not None and grasp.verification.passed for grasp in grasps)
     selected = min(held if verified else feasible, one.missing)
     return replace(one, state="planned", grasps=len(grasps), feasible=feasible, held=held, selected=selected)

@@ -1,12 +1,16 @@
-"""What a job ended with; apart from everything else, so that a worker does not load the database for it."""
+"""What a job ended with, written and read; apart from everything else, so that a worker loads no database for it."""
 
 import json
 from dataclasses import dataclass, field
 from typing import Any
 
+from pydantic import ValidationError
 from pydantic_core import to_json
 
-__all__ = ["JobOutcome", "JobResultRow", "strict_json"]
+from fingersplit.errors import ResultError
+from fingersplit_client.schemas import Grasp, PlanResult
+
+__all__ = ["JobOutcome", "JobResultRow", "read_grasps", "strict_json"]
 
 
 @dataclass(frozen=True)
@@ -45,6 +49,22 @@ class JobOutcome:
     stage_ms: dict[str, float] = field(default_factory=dict)
     simulated: tuple[bool, ...] = ()
     best_rank: int | None = None
+
+
+def read_grasps(result: str | None) -> list[Grasp]:
+    """The grasps of a result document, JSON, best first; none where there is no result.
+
+    For the process that does not load the planner; workers read ``fingersplit.result.PlanResult``.
+
+    Raises:
+        ResultError: The result is of another version.
+    """
+    if result is None:
+        return []
+    try:
+        return PlanResult.model_validate_json(result).grasps
+    except ValidationError as error:
+        raise ResultError("The result was stored by another version of Fingersplit; plan again.") from error
 
 
 def strict_json(document: dict[str, Any]) -> str:

@@ -19,7 +19,7 @@ __all__ = ["OutcomeService"]
 
 BINS = 10
 _AT_ONCE = 500
-_KEPT = ("palm", "joints", "squeeze_joints", "contacts", "metrics")  # of the planned grasp
+_KEPT = {"palm", "joints", "squeeze_joints", "contacts", "metrics"}  # of the planned grasp
 _COLUMNS = (
     *("id", "created_at", "job_id", "rank", "object_id", "object_name", "hand", "held", "p_hold", "p_hold_tier"),
     *("error_x", "error_y", "error_z", "error_qw", "error_qx", "error_qy", "error_qz", "note"),
@@ -44,11 +44,12 @@ class OutcomeService:
         Raises:
             NotFound: The owner has no such job, or the job no such grasp.
             NotFinished: The job has not ended.
+            ResourceGone: Its result is of another version.
             InvalidField: The measured turn is no rotation.
         """
         grasp = await self._results.grasp(owner, job_id, rank)
         job = (await self._jobs.get(owner, job_id)).row
-        predicted = grasp.get("p_hold")
+        predicted = grasp.p_hold
         outcome = GraspOutcome(
             **_normalized(reported).model_dump(),
             id=token_hex(16),
@@ -57,12 +58,11 @@ class OutcomeService:
             object_id=job.object_id,
             object_name=job.object_name,
             hand=job.hand,
-            p_hold=None if predicted is None else predicted["value"],
-            p_hold_tier=None if predicted is None else predicted["tier"],
+            p_hold=None if predicted is None else predicted.value,
+            p_hold_tier=None if predicted is None else predicted.tier,
             created_at=datetime.now(UTC),
         )
-        planned = {name: grasp[name] for name in _KEPT if name in grasp}
-        await self._store.add(owner, outcome, json.dumps(planned))
+        await self._store.add(owner, outcome, grasp.model_dump_json(include=_KEPT))
         return outcome
 
     async def page(

@@ -3,7 +3,7 @@
 import gzip
 import json
 import time
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -60,7 +60,7 @@ def plan_job(storage: Storage, task: PlanTask) -> JobOutcome:
     planned = plan(model, hand, **_asked(storage, request), threads=task.threads, progress=report_progress)
     if request.verified:
         planned = _verify(storage, planned, model, hand, request, verify_until)
-    return _outcome(planned.to_dict())
+    return _outcome(planned)
 
 
 def draw_starts(storage: Storage, task: PlanTask) -> None:
@@ -137,14 +137,14 @@ def _verify(
     )
 
 
-def _outcome(document: dict[str, Any]) -> JobOutcome:
-    ranked = document["grasps"]
-    simulated = tuple(grasp["verification"]["passed"] for grasp in ranked if grasp["verification"])
+def _outcome(planned: "PlanResult") -> JobOutcome:
+    ranked = planned.grasps
     row = JobResultRow(
-        result=strict_json(document),
+        result=strict_json(planned.to_dict()),
         grasps=len(ranked),
-        feasible=document["summary"]["feasible"],
-        verified=sum(simulated),
-        holding_margin=ranked[0]["metrics"]["holding_margin"] if ranked else None,
+        feasible=planned.feasible,
+        verified=planned.held,
+        holding_margin=ranked[0].metrics["holding_margin"] if ranked else None,
     )
-    return JobOutcome(row, document["timings_ms"], simulated, best_rank(ranked))
+    simulated = tuple(grasp.verification.passed for grasp in ranked if grasp.verification is not None)
+    return JobOutcome(row, asdict(planned.timings_ms), simulated, best_rank(ranked))

@@ -7,7 +7,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 from fingersplit_client.schemas import JobCreate
 from fingersplit_service.jobs.constraints import load_obstacle
@@ -69,24 +69,39 @@ class ExportedFile:
     media_type: str
 
 
-def best_rank(grasps: Sequence[dict[str, Any]]) -> int | None:
+class _Verdict(Protocol):
+    @property
+    def passed(self) -> bool: ...
+
+
+class _Ranked(Protocol):
+    """A grasp of a result, as core or the wire types have it."""
+
+    @property
+    def rank(self) -> int: ...
+    @property
+    def verification(self) -> _Verdict | None: ...
+
+
+def best_rank(grasps: Sequence[_Ranked]) -> int | None:
     """Rank of the grasp that stands for a run: the first that held in simulation, else the first, None without any."""
-    held = [grasp for grasp in grasps if grasp["verification"] and grasp["verification"]["passed"]]
-    ranks = [int(grasp["rank"]) for grasp in held or grasps]
-    return ranks[0] if ranks else None
+    held = [grasp for grasp in grasps if grasp.verification is not None and grasp.verification.passed]
+    return next((grasp.rank for grasp in held or grasps), None)
 
 
-def convert_result(result: str, format_name: str, rank: int | None) -> ExportedFile:
+def convert_result(storage: Storage, result: str, format_name: str, rank: int | None) -> ExportedFile:
     """Write a result document, JSON, in another tool's format; of one rank or of all grasps that can be executed.
 
     Raises:
         FormatError: Unknown format, or the result has no grasp to write.
-        ResultError: The result is of another version, or has no such rank.
+        ResultError: The result is of another version, or has no such rank, or its hand was altered.
+        UnknownHandError: Its hand was deleted.
     """
     from fingersplit.formats import export_file
     from fingersplit.result import PlanResult
 
-    file = export_file(PlanResult.from_dict(json.loads(result)), format_name, rank=rank)
+    planned = PlanResult.from_dict(json.loads(result))
+    file = export_file(planned, format_name, rank=rank, hand=stored_hand(storage, planned.hand))
     return ExportedFile(file.content, file.suffix, file.media_type)
 
 

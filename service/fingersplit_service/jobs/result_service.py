@@ -1,18 +1,18 @@
 """Results as the endpoints see them: grasps, views of them, and files for other tools."""
 
 import asyncio
-import json
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from fingersplit.errors import FormatError, HandError, ResultError
-from fingersplit_client.schemas import JobCreate
+from fingersplit.errors import FormatError, HandError, ResultError, UnknownHandError
+from fingersplit_client.schemas import Grasp, JobCreate
 from fingersplit_service.jobs.dataset_shards import SHARD, ShardTask
 from fingersplit_service.jobs.errors import InvalidField, NotFinished, NotFound, ResourceGone
 from fingersplit_service.jobs.job_service import JobService, JobView
+from fingersplit_service.jobs.outcome import read_grasps
 from fingersplit_service.jobs.planning import STARTS, PlanTask
 from fingersplit_service.jobs.rendering import ExportedFile, RenderTask, ViewName, best_rank
 from fingersplit_service.jobs.worker_functions import WorkerFunctions
@@ -48,19 +48,18 @@ class ResultService:
         self._jobs, self._storage, self._pool = jobs, storage, pool
         self._functions, self._settings = functions, settings
 
-    async def grasps(self, owner: str, job_id: str) -> list[dict[str, Any]]:
-        """The documents of a job's grasps, best first; none for a job that failed or was cancelled.
+    async def grasps(self, owner: str, job_id: str) -> list[Grasp]:
+        """A job's grasps, best first; none for a job that failed or was cancelled.
 
         Raises:
             NotFound: The owner has no such job.
             NotFinished: It has not ended.
+            ResourceGone: Its result is of another version.
         """
-        view = await self._ended(owner, job_id)
-        grasps: list[dict[str, Any]] = json.loads(view.result)["grasps"] if view.result else []
-        return grasps
+        return _grasps(await self._ended(owner, job_id))
 
-    async def grasp(self, owner: str, job_id: str, rank: int) -> dict[str, Any]:
-        """The document of one grasp. Raises as `grasps`, and NotFound for a rank that there is not."""
+    async def grasp(self, owner: str, job_id: str, rank: int) -> Grasp:
+        """One grasp. Raises as `grasps`, and NotFound for a rank that there is not."""
         return _of_rank(job_id, await self.grasps(owner, job_id), rank)
 
     async def view(self, owner: str, job_id: str, rank: int | None, name: ViewName) -> Path:
@@ -78,11 +77,11 @@ class ResultService:
             ResourceGone: It cannot be made any more.
         """
         job = await self._ended(owner, job_id)
-        grasps = json.loads(job.result)["grasps"] if job.result else []
-        chosen = best_rank(grasps) if rank is None else _of_rank(job_id, grasps, rank)["rank"]
+        grasps = _grasps(job)
+        chosen = best_rank(grasps) if rank is None else _of_rank(job_id, grasps, rank).rank
         if chosen is None or job.result is None:
             raise NotFound(f"Job {job_id} found no grasp to look at.")
-        if name == "motion.json.gz" and _of_rank(job_id, grasps, chosen)["verification"] is None:
+        if name == "motion.json.gz" and _of_rank(job_id, grasps, chosen).verification is None:
             raise NotFound(f"Grasp {chosen} of job {job_id} was not simulated.")
         path = self._storage.view(job_id, chosen, name)
         request = JobCreate.model_validate_json(job.row.request)
@@ -141,6 +140,8 @@ class ResultService:
             await self._pool.answer(owner, *arguments, deadline_s=deadline, object_id=job.row.object_id)
         except (ResultError, HandError) as error:
             raise ResourceGone(f"It cannot be made any more: {error}") from error
+        except UnknownHandError:
+            raise ResourceGone("It cannot be made any more: its hand was deleted.") from None
         except FileNotFoundError:
             raise ResourceGone("It cannot be made any more: the job was deleted.") from None
         return path
@@ -152,15 +153,18 @@ class ResultService:
             NotFound: No such job, or it has no result.
             NotFinished: The job has not ended.
             InvalidField: The result has no grasp to write.
+            ResourceGone: The hand was deleted.
         """
         job = await self._ended(owner, job_id)
         if job.result is None:
             raise NotFound(f"Job {job_id} has no result.")
-        arguments = self._functions.convert, job.result, format_name, rank
+        arguments = self._functions.convert, self._storage, job.result, format_name, rank
         try:
             return await self._pool.answer(owner, *arguments, deadline_s=self._settings.picture_deadline_s)
         except (FormatError, ResultError) as error:
             raise InvalidField("/format_name", str(error)) from error
+        except UnknownHandError:
+            raise ResourceGone("The hand of the result was deleted; formats need its links and joints.") from None
 
     async def _ended(self, owner: str, job_id: str) -> JobView:
         job = await self._jobs.get(owner, job_id)
@@ -169,8 +173,15 @@ class ResultService:
         return job
 
 
-def _of_rank(job_id: str, grasps: list[dict[str, Any]], rank: int) -> dict[str, Any]:
+def _grasps(job: JobView) -> list[Grasp]:
+    try:
+        return read_grasps(job.result)
+    except ResultError as error:
+        raise ResourceGone(str(error)) from error
+
+
+def _of_rank(job_id: str, grasps: list[Grasp], rank: int) -> Grasp:
     for grasp in grasps:
-        if grasp["rank"] == rank:
+        if grasp.rank == rank:
             return grasp
     raise NotFound(f"Job {job_id} has {len(grasps)} grasps, and no rank {rank}.")

@@ -70,12 +70,9 @@ def verify_first(storage: Storage, task: VerifyTask) -> VerifiedResult:
             obstacle=partial(load_obstacle, storage),
         )
         result = replace(first, grasps=(*first.grasps, *result.grasps[1:]))
-    document = result.to_dict()
-    text, grasps = strict_json(document), document["grasps"]
-    rank = best_rank(grasps)
+    text, rank = strict_json(result.to_dict()), best_rank(result.grasps)
     if request.recording and rank is not None:
         there = {name for name in _VIEWS[1:] if storage.exists(storage.view(task.job_id, rank, name))}
         view = RenderTask(_VIEWS[0], task.job_id, rank, task.object_name, request, text)
         render_views(storage, view, [name for name in _VIEWS if name not in there])
-    held = sum(bool(grasp["verification"] and grasp["verification"]["passed"]) for grasp in grasps)
-    return VerifiedResult(text, held)
+    return VerifiedResult(text, result.held)

@@ -322,7 +322,7 @@ class WorkerFunctions:
     draw_starts: Callable[[Storage, PlanTask], None] = draw_starts
     export: Callable[[Storage, str, str], None] = export_mesh
     write_shard: Callable[[Storage, ShardTask], None] = write_shard_of
-    convert: Callable[[str, str, int | None], ExportedFile] = convert_result
+    convert: Callable[[Storage, str, str, int | None], ExportedFile] = convert_result
     add_hand: Callable[[Storage, HandUpload], dict[str, Any]] = add_hand
     correct_hand: Callable[[Storage, str, str], dict[str, Any]] = correct_hand
     view_hand: Callable[[Storage, HandTask], None] = view_hand
