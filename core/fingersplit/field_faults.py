@@ -1,4 +1,4 @@
-"""Faults that pydantic finds, in words that say what would be right: of a request's fields, and of `hand.toml`."""
+"""Faults that pydantic finds, in words that say what would be right: of requests, of options, and of `hand.toml`."""
 
 import difflib
 import json
@@ -11,6 +11,8 @@ __all__ = ["fault_in_words", "fields_at", "unknown_field"]
 
 _KINDS = {
     "missing": "This field is needed.",
+    "extra_forbidden": "There is no such field.",
+    "json_invalid": "It is not JSON, or was cut off.",
     "bool_parsing": "It must be true or false.",
     "bool_type": "It must be true or false.",
     "string_type": "It must be a text.",
@@ -72,7 +74,11 @@ def fault_in_words(fault: Mapping[str, Any], table: str) -> str:
     except KeyError:  # the fault came without what the sentence quotes
         right = message.partition(" {")[0] + "."
     given = fault.get("input")
-    if kind == "missing" or given is None or isinstance(given, (dict, list, tuple, bytes)):
+    if (
+        kind in ("missing", "extra_forbidden", "json_invalid")
+        or given is None
+        or isinstance(given, (dict, list, tuple, bytes))
+    ):
         return right
     value = json.dumps(given, default=str)
     return f"{right} It is {value}." if len(value) <= _SHOWN else right

@@ -73,8 +73,8 @@ def test_a_job_is_cancelled(service: str, can: bytes) -> None:
     [
         (("submit", __file__, "--option", "strats=3"), "Error: There is no option 'strats'; did you mean 'starts'?"),
         (("submit", __file__, "--option", "strats"), "must be NAME=VALUE"),
-        (("submit", __file__, "--mass", "-1"), "mass: it must be 1e-06 or more; it is -1.0."),
-        (("submit", __file__, "--option", "planner=3"), "planner: it must be names with values; it is 3."),
+        (("submit", __file__, "--mass", "-1"), "mass: It must be 1e-06 or more. It is -1.0."),
+        (("submit", __file__, "--option", "planner=3"), "planner: It must be names with values. It is 3."),
         (("submit", "none.ply"), "does not exist"),
         (("jobs", "--state", "done"), "is not one of"),
         (("grasps", "j", "--json", "nowhere/x.json"), "the folder nowhere does not exist"),

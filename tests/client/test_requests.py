@@ -193,12 +193,13 @@ async def test_bytes_that_the_service_does_not_know_are_sent_once(ask: Any, refu
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"starts": -3}, "starts: it must be 1 or more; it is -3"),
+        ({"starts": -3}, r"starts: It must be 1 or more\. It is -3\."),
         ({"strats": 3}, "no option 'strats'; did you mean 'starts'"),
-        ({"mass": -1.0}, "mass: it must be .* or more; it is -1.0"),
+        ({"mass": -1.0}, r"mass: It must be .* or more\. It is -1\.0\."),
         ({"mass": 1.0, "density": 500.0}, "mass or density, not both"),
-        ({"unit": "km"}, 'unit: it must be .*; it is "km"'),
+        ({"unit": "km"}, r'unit: It must be .*\. It is "km"\.'),
         ({"viewpoint": (0.0, 1.0)}, "viewpoint"),
+        ({"noise": {"positon": 0.01}}, r"noise\.positon: There is no such field\. Did you mean 'position'\?"),
     ],
 )
 async def test_what_is_not_valid_is_not_sent(ask: Any, unused_url: str, options: Any, message: str) -> None:

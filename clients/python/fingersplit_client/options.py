@@ -6,7 +6,6 @@ from typing import Any, TypedDict, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
-from fingersplit_client._faults import fault_in_words
 from fingersplit_client.errors import InvalidRequestError, invalid
 from fingersplit_client.schemas import (
     ControllerName,
@@ -20,6 +19,7 @@ from fingersplit_client.schemas import (
     SourceName,
     Unit,
 )
+from fingersplit_client.schemas.field_faults import fault_in_words, fields_at, unknown_field
 
 __all__ = ["JobKeywords", "ObjectKeywords", "PlanKeywords", "job_request", "object_lookup", "validated"]
 
@@ -116,12 +116,16 @@ def validated(model: type[Model], values: Mapping[str, Any]) -> Model:
     try:
         return model.model_validate(values)
     except ValidationError as error:
-        raise _refused(error) from error
+        raise _refused(model, error) from error
 
 
-def _refused(error: ValidationError) -> InvalidRequestError:
+def _refused(model: type[BaseModel], error: ValidationError) -> InvalidRequestError:
     fields = []
     for one in error.errors()[:5]:
-        place = ".".join(map(str, one["loc"]))
-        fields.append(InvalidField(field=place, detail=fault_in_words(one)))
+        place = one["loc"]
+        if one["type"] == "extra_forbidden":
+            detail = unknown_field(str(place[-1]), fields_at(model, place[:-1]))
+        else:
+            detail = fault_in_words(one, "names with values")
+        fields.append(InvalidField(field=".".join(map(str, place)), detail=detail))
     return invalid("Some options are not valid.", *fields)

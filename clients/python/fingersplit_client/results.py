@@ -15,11 +15,11 @@ from pydantic import PrivateAttr, ValidationError
 
 from fingersplit_client import _notebook, schemas
 from fingersplit_client._exchange import quoted
-from fingersplit_client._faults import fault_in_words
 from fingersplit_client._flow import Flow
 from fingersplit_client.errors import FingersplitClientError, invalid
 from fingersplit_client.grasps import Grasp, Link, LinkedDocument
 from fingersplit_client.modes import Blocking, Mode, operation
+from fingersplit_client.schemas.field_faults import fault_in_words
 from fingersplit_client.transforms import Transform, TransformLike, dot, norm
 
 __all__ = ["Job", "PlanResult"]
@@ -192,4 +192,4 @@ def _angle(a: Sequence[float], b: Sequence[float]) -> float:
 
 def _first(error: ValidationError) -> str:
     first = error.errors()[0]
-    return f"{'.'.join(map(str, first['loc'])) or 'the document'}: {fault_in_words(first)}"
+    return f"{'.'.join(map(str, first['loc'])) or 'the document'}: {fault_in_words(first, 'a JSON object')}"

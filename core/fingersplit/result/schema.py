@@ -1,8 +1,8 @@
 """The client's schemas of results, written from the dataclasses: ``python -m fingersplit.result.schema``.
 
 Core and client may not import each other, so the pydantic models of the client are files that this program writes, one
-a module of results, from type hints, docstrings and the metadata of fields. A test holds them against what it would
-write.
+a module of results, from type hints, docstrings and the metadata of fields; and so are the words for their faults. A
+test holds them against what it would write.
 """
 
 import inspect
@@ -15,6 +15,7 @@ from pathlib import Path
 from types import NoneType, UnionType
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
+from fingersplit import field_faults
 from fingersplit.contacts.metrics import available_metrics
 from fingersplit.objects.intake.report import CloudReport, IntakeReport
 from fingersplit.objects.options import ObjectOptions
@@ -108,7 +109,13 @@ _TITLES = {
 def client_modules() -> dict[str, str]:
     """The source of every generated module of the client's schemas, by its name."""
     kinds = _CLASSES | {"plan": (_metrics(), *_CLASSES["plan"])}
-    return {name: _module(name, kinds) for name in kinds}
+    return {name: _module(name, kinds) for name in kinds} | {"field_faults": _words_for_faults()}
+
+
+def _words_for_faults() -> str:
+    """The words that core and service use for faults of fields, as the client has them."""
+    title, rest = inspect.getsource(field_faults).split('"""\n', 1)
+    return f'{title}\n\nWritten by ``python -m {MODULE}``; change ``{field_faults.__name__}`` there.\n"""\n{rest}'
 
 
 def _metrics() -> type:
