@@ -219,7 +219,7 @@ def plan(
     console.print(result_table(result))
     for line in _legend(result):
         console.print(line, highlight=False, markup=False, style="dim")
-    for line in _scene_lines(result):
+    for line in (*_scene_lines(result), *_assumed_lines(result)):
         console.print(line, highlight=False, soft_wrap=True)
     output.write(result.to_dict(), "the result")
     for path, title in ((picture, "a picture of rank 1"), (recording, "the recording of rank 1")):
@@ -267,6 +267,16 @@ def _scene_lines(result: PlanResult) -> list[str]:
     if scene.rejected_by:
         lines.append("Grasps rejected by " + ", ".join(f"{name}: {n}" for name, n in scene.rejected_by.items()) + ".")
     return lines + [relaxation.message for relaxation in scene.relaxations]
+
+
+def _assumed_lines(result: PlanResult) -> list[str]:
+    """Which contacts lie on a side that was not seen but assumed."""
+    touched = [
+        f"rank {grasp.rank}: {', '.join(grasp.assumed_fingers)}" for grasp in result.grasps if grasp.assumed_fingers
+    ]
+    if not touched:
+        return []
+    return [f"Contacts on a side that was not seen but assumed, which may be elsewhere: {'; '.join(touched)}."]
 
 
 def result_table(result: PlanResult) -> Table:

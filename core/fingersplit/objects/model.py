@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from fingersplit.objects.grid import PointGrid
 from fingersplit.objects.intake.report import CloudReport, IntakeReport
@@ -44,7 +45,7 @@ class ObjectModel:
         patches: The same by sample, for exact depths; of a cloud, the seen side only.
         mass_properties: Mass, volume, centre of mass and inertia.
         seen: Share of the closed surface's area that is known, 1 for a mesh.
-        assumed: Share of the surface for contacts that was not seen but assumed, 0 for a mesh.
+        assumed_samples: Which samples of the surface were not seen but assumed, (n,); none of a mesh's.
     """
 
     name: str
@@ -61,7 +62,7 @@ class ObjectModel:
     patches: Patches
     mass_properties: MassProperties
     seen: float
-    assumed: float = 0.0
+    assumed_samples: NDArray[np.bool_]
 
     @property
     def id(self) -> str:
@@ -82,6 +83,21 @@ class ObjectModel:
     def inertia(self) -> NDArray[np.float64]:
         """Inertia about the centre of mass along the object's axes, (3, 3) [kg m^2]."""
         return self.mass_properties.inertia
+
+    @property
+    def assumed(self) -> float:
+        """Share of the surface for contacts that was not seen but assumed, 0 for a mesh."""
+        return float(self.assumed_samples.mean())
+
+    def is_assumed(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Whether points (n, 3) [m] on the surface lie where it was not seen but assumed, (n,)."""
+        if not self.assumed_samples.any():
+            return np.zeros(len(points), bool)
+        return np.asarray(self.assumed_samples[self._samples.query(points)[1]])
+
+    @cached_property
+    def _samples(self) -> cKDTree:
+        return cKDTree(self.surface.grid.points)
 
     @cached_property
     def radius(self) -> float:
@@ -115,7 +131,7 @@ class ObjectModel:
             arrays.update(packed(getattr(self, part), part + "/"))
         return arrays | {
             "seen": np.array(self.seen),
-            "assumed": np.array(self.assumed),
+            "assumed_samples": self.assumed_samples,
             "shape_hash": np.array(self.shape_hash),
         }
 
@@ -130,7 +146,8 @@ class ObjectModel:
     ) -> "ObjectModel":
         """The model that `to_arrays` took apart, on the same arrays."""
         parts = {part: unpacked(kind, arrays, part + "/") for part, kind in _COMPUTED.items()}
-        numbers = {name: arrays[name].item() for name in ("shape_hash", "seen", "assumed")}
+        numbers = {name: arrays[name].item() for name in ("shape_hash", "seen")}
+        parts["assumed_samples"] = arrays["assumed_samples"]
         return cls(name=name, options=options, source=source, report=report, **numbers, **parts)
 
 

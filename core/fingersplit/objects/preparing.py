@@ -3,10 +3,11 @@
 from collections.abc import Callable
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fingersplit.cache import ContentCache
 from fingersplit.compilation import kernel_cache_folder
-from fingersplit.objects.cloud import PointCloud, close_cloud, hide_unseen
+from fingersplit.objects.cloud import OrientedPoints, Outline, PointCloud, close_cloud, hide_unseen, lies_beside
 from fingersplit.objects.fairing import fair
 from fingersplit.objects.grid import PointGrid
 from fingersplit.objects.grid_kernel import build_grid, thin_evenly
@@ -15,7 +16,6 @@ from fingersplit.objects.mass import mass_properties
 from fingersplit.objects.mesh import Mesh
 from fingersplit.objects.model import ObjectModel
 from fingersplit.objects.options import ObjectOptions
-from fingersplit.objects.outline import Outline
 from fingersplit.objects.packing import frozen
 from fingersplit.objects.patches import build_patches
 from fingersplit.objects.signed_distance import DistanceGrid, build_distance_grid
@@ -40,7 +40,8 @@ def prepare_object(
 
     Of a cloud, the surface through the points carries the contacts. What closes it where nothing was seen, and in a
     cloud from one view the space behind it, counts as object in collision tests and carries none. Where a cloud says
-    what it stands on, the other side is assumed instead, and carries contacts like the seen one.
+    what it stands on, the other side is assumed instead, and carries contacts like the seen one,
+    but its samples are marked.
 
     Args:
         shape: From intake, parametric, or arrays in metres.
@@ -59,6 +60,7 @@ def prepare_object(
     supervoxels = cluster_supervoxels(surface, COLLISION_POINTS)
     distance = build_distance_grid(outline.closed, whole, None if surface is whole else surface)
     collision, distance = _obstacles(outline, whole, supervoxels, distance)
+    assumed = _assumed(surface, outline.shown)
     return ObjectModel(
         name=name,
         shape_hash=shape.content_hash,
@@ -73,8 +75,8 @@ def prepare_object(
         triangles=bin_triangles(outline.closed),
         patches=build_patches(outline.seen, surface),
         mass_properties=frozen(mass_properties(outline.closed, options)),
-        seen=1.0 - outline.assumed if outline.seen is outline.closed else outline.seen.area / outline.closed.area,
-        assumed=outline.assumed,
+        seen=1.0 - float(assumed.mean()) if outline.seen is outline.closed else outline.seen.area / outline.closed.area,
+        assumed_samples=assumed,
     )
 
 
@@ -108,6 +110,15 @@ def prepare_cached(
 def _outline(mesh: Mesh, options: ObjectOptions) -> Outline:
     shape = fair(mesh, options.fairing) if options.fairing > 0 else mesh
     return Outline(shape, shape, None)
+
+
+def _assumed(surface: Surface, shown: OrientedPoints | None) -> NDArray[np.bool_]:
+    """Which samples of a surface (n,) no point shows."""
+    assumed = np.zeros(len(surface.normals), bool)
+    if shown is not None:
+        assumed = ~lies_beside(surface.grid.points, surface.normals, shown)
+    assumed.setflags(write=False)
+    return assumed
 
 
 def _obstacles(

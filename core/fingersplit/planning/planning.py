@@ -182,19 +182,19 @@ def _grasp(ranked: RankedGrasp, found: Search) -> GraspResult:
         reason=ranked.reason,
         palm=PalmPose.from_matrix(run.final.object_from_palm),
         joints=hand.named(run.final.joints),
-        contacts=_contacts(run.final, hand, ranked.holding.forces),
+        contacts=_contacts(run.final, hand, found.model, ranked.holding.forces),
         pregrasp=_pregrasp(execution, hand),
         squeeze_joints=hand.named(execution.grip.targets),
         grip=PlannedGrip.from_plan(execution.grip, hand),
         metrics=ranked.metrics,
         p_hold=ranked.p_hold,
-        split_grasp=None if run.refined_from is None else _split_grasp(run.refined_from),
+        split_grasp=None if run.refined_from is None else _split_grasp(run.refined_from, found.model),
         self_clearance=run.self_clearance,
         termination=run.termination,
         advice=run.termination.advice,
         iterations=Iterations(outer=int(run.outcome.rounds), cpo=int(run.outcome.cpo), ppo=int(run.outcome.ppo)),
         timings_ms=GraspTimings(*(1e3 * seconds for seconds in run.seconds)),
-        initial=_initial(run, hand),
+        initial=_initial(run, hand, found.model),
         world=world_poses(run, execution, found.scene),
         approach_path=way_in,
         retreat_path=way_out,
@@ -202,22 +202,22 @@ def _grasp(ranked: RankedGrasp, found: Search) -> GraspResult:
     )
 
 
-def _initial(run: Run, hand: Hand) -> InitialGrasp:
+def _initial(run: Run, hand: Hand, model: ObjectModel) -> InitialGrasp:
     first, second = run.parallel_grasp.contacts
     return InitialGrasp(
         parallel_grasp=ParallelContacts((_vector(first), _vector(second)), _vector(run.parallel_grasp.approach)),
         palm=PalmPose.from_matrix(run.initial.object_from_palm),
         joints=hand.named(run.initial.joints),
-        contacts=_contacts(run.initial, hand, None),
+        contacts=_contacts(run.initial, hand, model),
         quality=float(run.first.quality),
     )
 
 
-def _split_grasp(run: Run) -> SplitGrasp:
+def _split_grasp(run: Run, model: ObjectModel) -> SplitGrasp:
     return SplitGrasp(
         palm=PalmPose.from_matrix(run.final.object_from_palm),
         joints=run.hand.named(run.final.joints),
-        contacts=_contacts(run.final, run.hand, None),
+        contacts=_contacts(run.final, run.hand, model),
         quality=float(run.last.quality),
     )
 
@@ -228,7 +228,10 @@ def _pregrasp(execution: GraspExecution, hand: Hand) -> Pregrasp | None:
     return Pregrasp(PalmPose.from_matrix(execution.pregrasp_pose), hand.named(execution.pregrasp_joints))
 
 
-def _contacts(grasp: Grasp, hand: Hand, forces: NDArray[np.float64] | None) -> tuple[Contact, ...]:
+def _contacts(
+    grasp: Grasp, hand: Hand, model: ObjectModel, forces: NDArray[np.float64] | None = None
+) -> tuple[Contact, ...]:
+    assumed = model.is_assumed(grasp.contacts).tolist()
     return tuple(
         Contact(
             finger=finger.name,
@@ -238,6 +241,7 @@ def _contacts(grasp: Grasp, hand: Hand, forces: NDArray[np.float64] | None) -> t
             residual=float(grasp.residuals[f]),
             pad_angle=float(grasp.pad_angles[f]),
             force=None if forces is None else _vector(forces[f]),
+            assumed=assumed[f],
         )
         for f, finger in enumerate(hand.fingers)
     )

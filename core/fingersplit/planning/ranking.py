@@ -181,26 +181,29 @@ def _planned(
         holding=holding,
         execution=execution,
         p_hold=p_hold,
-        reason=_reason(run, holding, execution, p_hold, model.mass * GRAVITY),
+        reason=_reason(run, holding, execution, p_hold, model),
     )
 
 
 def _reason(
-    run: Run, holding: Holding, execution: GraspExecution, p_hold: HoldProbability | None, weight: float
+    run: Run, holding: Holding, execution: GraspExecution, p_hold: HoldProbability | None, model: ObjectModel
 ) -> str:
     """Why a grasp stands where it does, in a sentence or two."""
     if not run.feasible:
         return f"Ranked after every feasible grasp: {run.violations[0]}"
-    weakest = run.hand.fingers[int(holding.frictions.argmin())].name
-    held = _held(run, holding, weight)
-    only = [finger.name for finger, rests in zip(run.hand.fingers, execution.grip.supporting, strict=True) if rests]
-    supports = f" Takes no share of the grip and only supports: {', '.join(only)}." if only else ""
+    names = [finger.name for finger in run.hand.fingers]
+    weakest = names[int(holding.frictions.argmin())]
+    held = _held(run, holding, model.mass * GRAVITY)
+    only = ", ".join(name for name, rests in zip(names, execution.grip.supporting, strict=True) if rests)
+    supports = f" Takes no share of the grip and only supports: {only}." if only else ""
+    unseen = ", ".join(name for name, is_so in zip(names, model.is_assumed(run.final.contacts), strict=True) if is_so)
+    assumed = f" On a side that was not seen but assumed, which may be elsewhere: {unseen}." if unseen else ""
     approach = "" if execution.pregrasp_pose is not None else " No collision-free straight approach."
     lowest = f"lowest effective friction coefficient: {holding.frictions.min():.2f} at {weakest}"
     likely = (
         "" if p_hold is None else f" Probability of holding when executed: {p_hold.value:.2f}, {p_hold.robustness}."
     )
-    return f"{held}; {lowest}.{supports}{likely}{approach}"
+    return f"{held}; {lowest}.{supports}{assumed}{likely}{approach}"
 
 
 def _held(run: Run, holding: Holding, weight: float) -> str:

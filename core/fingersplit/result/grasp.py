@@ -82,6 +82,9 @@ class Contact:
         "null where none can. How hard the fingers press on the unloaded object stands in `grip`",
         "N",
     )
+    assumed: bool = described(
+        "Whether the surface there was not seen but assumed, as in a completed cloud", default=False
+    )
 
 
 @dataclass(frozen=True)
@@ -230,6 +233,11 @@ class GraspResult:
             ResultError: Its drivers or fingers are not those of the hand.
         """
         return self.grip.to_plan(hand, joints_in_order(hand, self.squeeze_joints))
+
+    @property
+    def assumed_fingers(self) -> tuple[str, ...]:
+        """Fingers whose contacts lie where the surface was not seen but assumed."""
+        return tuple(contact.finger for contact in self.contacts if contact.assumed)
 
     @property
     def title(self) -> str:

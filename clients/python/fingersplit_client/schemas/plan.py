@@ -117,6 +117,9 @@ class Contact(Document):
         description="Force of the finger on the object that carries its weight with gravity in the worst direction, "
         "object frame [N]; null where none can. How hard the fingers press on the unloaded object stands in `grip`.",
     )
+    assumed: bool = Field(
+        default=False, description="Whether the surface there was not seen but assumed, as in a completed cloud."
+    )
 
 
 class Iterations(Document):

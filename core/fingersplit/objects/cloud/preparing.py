@@ -6,12 +6,12 @@ from numpy.typing import NDArray
 from fingersplit.errors import ObjectFileError
 from fingersplit.objects.cloud.completion import complete
 from fingersplit.objects.cloud.normals import OrientedPoints, orient_points
+from fingersplit.objects.cloud.outline import Outline
 from fingersplit.objects.cloud.planes import scene_share
 from fingersplit.objects.cloud.point_cloud import PointCloud
-from fingersplit.objects.cloud.reconstruction import lies_beside, part_of_mesh, reconstruct
+from fingersplit.objects.cloud.reconstruction import part_of_mesh, reconstruct
 from fingersplit.objects.cloud.unseen import estimate_viewpoint
 from fingersplit.objects.fairing import fair
-from fingersplit.objects.outline import Outline
 from fingersplit.objects.solid import moments_of
 
 __all__ = ["MIN_POINTS", "check_cloud", "close_cloud"]
@@ -68,9 +68,7 @@ def _completed(
     closed = complete(oriented, viewpoint, support)
     if fairing > 0:
         closed = fair(closed, fairing)
-    areas = closed.trimesh.area_faces
-    assumed = ~lies_beside(closed, oriented)
-    return Outline(closed, closed, None, DETAIL * oriented.spacing, float(areas[assumed].sum() / areas.sum()))
+    return Outline(closed, closed, None, DETAIL * oriented.spacing, oriented)
 
 
 def check_cloud(points: NDArray[np.float64]) -> None:

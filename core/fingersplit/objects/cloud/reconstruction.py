@@ -165,12 +165,13 @@ def part_of_mesh(mesh: Mesh, faces: NDArray[np.bool_]) -> Mesh:
     return Mesh(mesh.vertices[used], numbers.reshape(-1, 3).astype(np.int32))
 
 
-def lies_beside(mesh: Mesh, oriented: OrientedPoints) -> NDArray[np.bool_]:
-    """Faces (n_faces,) with a point beside each corner that faces the same way."""
-    gaps, nearest = cKDTree(oriented.points).query(mesh.vertices)
-    facing = np.einsum("ij,ij->i", oriented.normals[nearest], np.asarray(mesh.trimesh.vertex_normals)) > 0
-    near = facing & (gaps < SEEN_REACH * oriented.spacing + oriented.noise)
-    return np.asarray(near[mesh.faces].all(axis=1))
+def lies_beside(
+    places: NDArray[np.float64], normals: NDArray[np.float64], oriented: OrientedPoints
+) -> NDArray[np.bool_]:
+    """Whether surface places (n, 3) [m] with outward normals (n, 3) have a point beside them that faces their way."""
+    gaps, nearest = cKDTree(oriented.points).query(places)
+    facing = np.einsum("ij,ij->i", oriented.normals[nearest], normals) > 0
+    return np.asarray(facing & (gaps < SEEN_REACH * oriented.spacing + oriented.noise))
 
 
 def _drawn_onto_points(mesh: Mesh, oriented: OrientedPoints, reach: float) -> tuple[Mesh, NDArray[np.bool_]]:

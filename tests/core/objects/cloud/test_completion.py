@@ -16,6 +16,7 @@ from fingersplit.objects.parametric import box, cylinder, sphere
 from fingersplit.objects.preparing import prepare_object
 from fingersplit.objects.source import ObjectSource
 from fingersplit.planning.planning import plan
+from fingersplit.result.plan import PlanResult
 from fingersplit.scene import Scene, SupportSurface
 from fingersplit.scene.from_view import scene_from_view
 from fingersplit.scene.shapes import Pose
@@ -66,9 +67,18 @@ def test_grasps_touch_both_sides_and_say_how_much_was_assumed(barrett):
 
     assert result.feasible > 0
     assert 0.2 < result.object.assumed < 0.8
-    contacts = result.grasps[0].for_hand(barrett).contacts
-    gaps = np.linalg.norm(cloud.points[:, None] - contacts, axis=2).min(axis=0)
+    contacts = [contact for grasp in result.grasps for contact in grasp.contacts]
+    places = np.array([contact.position for contact in contacts])
+    gaps = np.linalg.norm(cloud.points[:, None] - places, axis=2).min(axis=0)
+    assumed = np.array([contact.assumed for contact in contacts])
     assert gaps.max() > 0.01  # on what was not seen
+    assert assumed[gaps > 0.01].all()
+    assert not assumed[gaps < 0.5 * PIXEL].any()
+    for grasp in result.grasps:
+        assert ("not seen" in grasp.reason) == bool(grasp.assumed_fingers) or not grasp.feasible
+        assert all(finger in grasp.reason for finger in grasp.assumed_fingers if grasp.feasible)
+    again = PlanResult.from_dict(result.to_dict())
+    assert [grasp.assumed_fingers for grasp in again.grasps] == [grasp.assumed_fingers for grasp in result.grasps]
 
 
 def test_nothing_is_assumed_unless_the_support_is_known_and_it_is_asked_for():
