@@ -163,7 +163,7 @@ class Points(Kind):
     def read(self, value: Any) -> NDArray[np.float64]:
         """The points as an array."""
         try:
-            points = np.array(value, dtype=np.float64)
+            points = np.array(value, dtype=np.float64, order="C")
         except (TypeError, ValueError):
             points = np.empty(0)
         if points.ndim != 2 or points.shape[1] != 3 or not 1 <= len(points) <= self.most:

@@ -17,17 +17,19 @@ from fingersplit.objects.signed_distance_kernel import spread_samples
 from fingersplit.scene.constraints import Constraints
 from fingersplit.scene.limits import build_limits
 from fingersplit.scene.obstacles import HALF_SPACE, PRIMITIVE, SceneArrays
+from fingersplit.scene.points_kernel import bounds_of, least_along, points_within
 from fingersplit.scene.shapes import Pose
 from fingersplit.scene.stable_pose import likeliest_pose
 from fingersplit.scene.world import Obstacle, SupportSurface
-from fingersplit.transforms import transform_points
 
 __all__ = ["ObstacleMesh", "PreparedScene", "hand_reach", "prepare_scene"]
 
 BELOW_SUPPORT = 2.0
 """[m]; what lies below a support of limited size counts as occupied down to here."""
-CELL, MAX_CELLS = 0.01, 400_000
-"""Edge of the cells that sort points, distance of the grid points that bound theirs [m], and how many may be."""
+CELL = 0.01
+"""[m]; edge of the cells that sort points."""
+BOUNDS_CELL, MAX_CELLS = 0.015, 400_000
+"""Distance of the grid points that bound distances of points [m], and how many may be."""
 BEYOND = 0.04
 """[m]; how far distances are bounded about points."""
 SPREAD_ERROR = 0.5
@@ -164,7 +166,7 @@ class _Gatherer:
         pose = self._object_from_world @ surface.scene_from_surface
         pad_clearance = 0.0 if surface.allow_finger_contact else self._clearance
         normal = np.ascontiguousarray(pose[:3, 2])
-        lowest = float((self._model.mesh.vertices @ normal).min() - pose[:3, 3] @ normal)
+        lowest = float(least_along(self._model.mesh.vertices, normal) - pose[:3, 3] @ normal)
         if lowest < -2e-3:
             self.warnings.append(
                 f"The object reaches {-1e3 * lowest:.0f} mm below support surface {surface.id!r}; "
@@ -186,7 +188,7 @@ class _Gatherer:
             if shape_distance(kind, size, *local.tolist()) <= self._reach:
                 self._primitives.append((kind, number, size, pose, self._clearance))
         elif obstacle.points is not None:
-            self._add_points(number, transform_points(pose, obstacle.points), obstacle.point_radius)
+            self._add_points(number, pose, obstacle.points, obstacle.point_radius)
         elif obstacle.model is None:
             raise SceneError(
                 f"scene.obstacles[{index}].object_id", f"{obstacle.object_id!r} names an object that was not loaded."
@@ -196,14 +198,13 @@ class _Gatherer:
 
     def _add_model(self, obstacle: Obstacle, number: int, pose: NDArray[np.float64], model: ObjectModel) -> None:
         points = model.surface.grid.points if model.seen + model.assumed >= 1.0 - 1e-9 else model.collision.points
-        if self._add_points(number, transform_points(pose, points), obstacle.point_radius):
+        if self._add_points(number, pose, points, obstacle.point_radius):
             clearance = self._clearance + obstacle.point_radius
             self.meshes.append(ObstacleMesh(number, np.asarray(np.linalg.inv(pose)), model, clearance))
 
-    def _add_points(self, number: int, points: NDArray[np.float64], radius: float) -> bool:
+    def _add_points(self, number: int, pose: NDArray[np.float64], points: NDArray[np.float64], radius: float) -> bool:
         """Keep the points within reach; whether there are any."""
-        offsets = points - self._center
-        kept = points[np.einsum("ij,ij->i", offsets, offsets) <= (self._reach + radius) ** 2]
+        kept = points_within(points, pose, self._center, self._reach + radius)
         if not len(kept):
             return False
         self._points.append(kept)
@@ -241,7 +242,7 @@ class _Gatherer:
             )
         points = np.concatenate(self._points)
         grid, order = build_grid(points, CELL)
-        bounds, origin, cell = _distance_bounds(points, CELL)
+        bounds, origin, cell = _distance_bounds(grid.points, BOUNDS_CELL)
         inflations = np.concatenate(self._inflations)[order]
         return SceneArrays(
             primitives,
@@ -267,10 +268,11 @@ def _distance_bounds(
     Returns:
         The distances (nx, ny, nz) [m], the place of the first grid point [m] and the distance of neighbours [m].
     """
-    low, high = points.min(axis=0) - BEYOND, points.max(axis=0) + BEYOND
+    low, high = bounds_of(points) + np.array([[-BEYOND], [BEYOND]])
     cell = max(cell, float(np.prod(high - low) / MAX_CELLS) ** (1 / 3))
     shape = np.ceil((high - low) / cell).astype(np.int64) + 1
     nearest, squares = np.full(shape, -1, np.int32), np.full(shape, np.inf, np.float32)
     x, y, z = low.tolist()
     spread_samples(points, (x, y, z), cell, nearest, squares)
-    return np.maximum(np.sqrt(squares) - np.float32(SPREAD_ERROR * cell), np.float32(0.0)), (x, y, z), cell
+    bounds = np.maximum(np.sqrt(squares) - np.float32(SPREAD_ERROR * cell), np.float32(0.0))
+    return bounds, (x, y, z), cell
