@@ -8,6 +8,7 @@ import typer
 
 from fingersplit.cli.output import check_writable
 from fingersplit.errors import SettingsError
+from fingersplit.numerals import read_floats
 
 __all__ = ["from_depth"]
 
@@ -72,7 +73,7 @@ def from_depth(
 
 def _numbers(name: str, text: str, count: int) -> list[float]:
     try:
-        numbers = [float(part) for part in text.split(",")]
+        numbers = read_floats(text.encode().split(b","))
     except ValueError:
         numbers = []
     if len(numbers) != count:

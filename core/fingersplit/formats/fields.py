@@ -30,7 +30,10 @@ def numbers(value: object, name: str, shape: tuple[int | None, ...]) -> NDArray[
         FormatError: Not numbers, another shape, or not finite.
     """
     try:
-        array = np.array(value, dtype=np.float64)
+        given = np.array(value)
+        if given.dtype.kind in "SU":
+            raise ValueError("These are texts.")
+        array = given.astype(np.float64)
     except (TypeError, ValueError, OverflowError) as error:
         raise FormatError(f"{name} must be numbers in rows of one length.") from error
     wanted = "x".join("n" if size is None else str(size) for size in shape) or "one number"

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingersplit.errors import SceneError
+from fingersplit.numerals import read_floats
 from fingersplit.scene.entries import Document, Flag, Number, Record, Several, Text, Vector, entry
 
 __all__ = ["Approach", "ApproachCone", "Retreat"]
@@ -48,7 +49,7 @@ class ApproachCone(Document):
         if name not in DIRECTIONS:
             raise SceneError("approach", f"{name!r} is no direction; known: {', '.join(DIRECTIONS)}.")
         try:
-            degrees = float(angle or 35.0)
+            (degrees,) = read_floats([angle.encode() or b"35"])
         except ValueError:
             raise SceneError("approach", f"{angle!r} is no angle in degrees; write {name}:35, for example.") from None
         if not 0.6 <= degrees <= 180.0:

@@ -7,6 +7,7 @@ from fastapi import APIRouter, Depends, File, Form, Query, Response, UploadFile
 from fastapi.responses import FileResponse
 
 from fingersplit.errors import SettingsError
+from fingersplit.numerals import read_floats
 from fingersplit.objects.options import ObjectOptions as CoreOptions
 from fingersplit_client.schemas import CloudReport, IntakeReport, ObjectInfo, ObjectOptions, ObjectPage, Unit, Vector3
 from fingersplit_client.schemas.objects import Density, Fairing, Friction, Mass
@@ -93,7 +94,7 @@ def support_of(
 
 def _numbers(field: str, text: str, count: int, right: str) -> list[float]:
     try:
-        numbers = [float(number) for number in text.split(",")]
+        numbers = read_floats(text.encode().split(b","))
     except ValueError:
         numbers = []
     if len(numbers) != count or not all(map(math.isfinite, numbers)):

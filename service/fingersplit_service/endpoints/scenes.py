@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 
 from fastapi import APIRouter, Depends, File, Form, UploadFile
 
+from fingersplit.numerals import read_floats
 from fingersplit_client.schemas import ObjectOptions, ViewedScene
 from fingersplit_service.dependencies import Files, Objects
 from fingersplit_service.endpoints.forms import ExactForm
@@ -93,7 +94,7 @@ def _numbers(field: str, text: str | None, count: int) -> tuple[float, ...] | No
     if text is None:
         return None
     try:
-        numbers = tuple(float(part) for part in text.split(","))
+        numbers = tuple(read_floats(text.encode().split(b",")))
     except ValueError:
         numbers = ()
     if len(numbers) != count or not all(map(math.isfinite, numbers)):

@@ -7,12 +7,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingersplit.errors import ObjectFileError
+from fingersplit.numerals import read_floats, read_integers
 from fingersplit.objects.intake.polygons import Polygons
-from fingersplit.objects.intake.refusals import MAX_FACES_AS_TEXT, check_count, malformed, not_a_number
+from fingersplit.objects.intake.refusals import (
+    MAX_FACES_AS_TEXT,
+    check_count,
+    first_wrong,
+    malformed,
+    not_a_number,
+)
 
 __all__ = ["parse_obj"]
 
-_NEEDLESS = re.compile(rb"#.*|/\S*")  # comments, and indices of textures and normals
+_COMMENT = re.compile(rb"#.*")
+_OF_TEXTURES = re.compile(rb"/\S*")
+"""Indices of textures and normals, behind those of vertices."""
 
 _KEYWORDS = (b"v", b"f", b"fo")
 """Vertices and faces, which old versions of the format call 'fo', too."""
@@ -28,7 +37,8 @@ def parse_obj(data: bytes) -> tuple[NDArray[np.float64], Polygons]:
         if words[0] == b"v":
             points += _coordinates(words[1:], number)
         else:
-            polygon = _polygon(words[1:], number, len(points) // 3, n_vertices)
+            vertices = _OF_TEXTURES.sub(b"", b" ".join(words[1:])).split()
+            polygon = _polygon(vertices, number, len(points) // 3, n_vertices)
             corners += polygon
             sizes.append(len(polygon))
             lines.append(number)
@@ -45,7 +55,7 @@ def _lines(data: bytes) -> Iterator[tuple[int, list[bytes]]]:
         parts.append(line.removesuffix(b"\\"))
         if line.endswith(b"\\"):
             continue
-        words = _NEEDLESS.sub(b"", b" ".join(parts)).split()
+        words = _COMMENT.sub(b"", b" ".join(parts)).split()
         if words and words[0] in _KEYWORDS:
             yield number - len(parts) + 1, words
         parts = []
@@ -55,21 +65,13 @@ def _coordinates(words: list[bytes], line: int) -> list[float]:
     where = f"The vertex on line {line}"
     try:
         if len(words) > 2:
-            return [float(word) for word in words[:3]]
+            return read_floats(words[:3])
     except ValueError:
         pass
-    for word in words[:3]:
-        if not _is_number(word):
-            raise not_a_number(word, where)
+    wrong = first_wrong(words[:3])
+    if wrong is not None:
+        raise not_a_number(wrong, where)
     raise malformed(f"{where} has {len(words)} {'coordinate' if len(words) == 1 else 'coordinates'} instead of 3.")
-
-
-def _is_number(word: bytes) -> bool:
-    try:
-        float(word)
-    except ValueError:
-        return False
-    return True
 
 
 def _polygon(words: list[bytes], line: int, n_above: int, n_vertices: int) -> list[int]:
@@ -77,10 +79,9 @@ def _polygon(words: list[bytes], line: int, n_above: int, n_vertices: int) -> li
     if len(words) < 3:
         raise malformed(f"The face on line {line} has {len(words)} corners instead of 3 or more.")
     try:
-        corners = [int(word) for word in words]
+        corners = read_integers(words)
     except ValueError:
-        wrong = next(word for word in words if not re.fullmatch(rb"[+-]?\d+", word))
-        text = wrong.decode("latin1")[:30]
+        text = (first_wrong(words, read_integers) or b"").decode(errors="backslashreplace")[:30]
         raise malformed(f"The face on line {line} has {text!r} where whole numbers belong.") from None
     for corner in corners:
         if not (0 < corner <= n_vertices or -n_above <= corner < 0):

@@ -6,10 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingersplit.errors import ObjectFileError
+from fingersplit.numerals import read_floats, read_integers
 from fingersplit.objects.intake.polygons import Polygons
 from fingersplit.objects.intake.refusals import (
     MAX_FACES_AS_TEXT,
     check_count,
+    first_wrong,
     malformed,
     mismatch,
     not_a_number,
@@ -56,13 +58,10 @@ def parse_off(data: bytes) -> tuple[NDArray[np.float64], Polygons]:
 def _numbers(words: list[bytes], count: int, line: int) -> list[float]:
     if len(words) < count:
         raise malformed(f"Line {line} has {len(words)} numbers instead of {count}.")
-    numbers = list[float]()
-    for word in words[:count]:
-        try:
-            numbers.append(float(word))
-        except ValueError:
-            raise not_a_number(word, f"Line {line}") from None
-    return numbers
+    try:
+        return read_floats(words[:count])
+    except ValueError:
+        raise not_a_number(first_wrong(words[:count]) or b"", f"Line {line}") from None
 
 
 def _polygon(words: list[bytes], line: int) -> list[int]:
@@ -74,6 +73,7 @@ def _polygon(words: list[bytes], line: int) -> list[int]:
     if count > len(words) - 1:
         raise malformed(f"The face on line {line} says {count} corners, but its line holds {len(words) - 1}.")
     try:
-        return [int(word) for word in words[1 : count + 1]]
+        return read_integers(words[1 : count + 1])
     except ValueError:
-        raise malformed(f"The face on line {line} has something other than whole numbers.") from None
+        text = (first_wrong(words[1 : count + 1], read_integers) or b"").decode(errors="backslashreplace")[:30]
+        raise malformed(f"The face on line {line} has {text!r} where whole numbers belong.") from None

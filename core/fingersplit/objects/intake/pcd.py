@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from fingersplit.errors import ObjectFileError
+from fingersplit.numerals import read_floats
 from fingersplit.objects.intake.refusals import MAX_FACES, check_count, malformed, mismatch, not_a_number, truncated
 
 __all__ = ["check_pcd"]
@@ -14,7 +15,7 @@ _MAX_HEADER = 65_536  # bytes
 _DATA = re.compile(rb"^DATA[ \t]+(ascii|binary|binary_compressed)[ \t]*\r?\n", re.MULTILINE)
 _TYPES = {"F4", "F8", "I1", "I2", "I4", "I8", "U1", "U2", "U4", "U8"}
 _KINDS = {"F": "f", "I": "i", "U": "u"}
-_NUMBER = re.compile(rb"[+-]?((\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|nan|inf)", re.IGNORECASE)
+_NUMBER = re.compile(rb"[+-]?((\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|nan|inf(inity)?)", re.IGNORECASE)
 _WHOLE = re.compile(rb"[+-]?\d{1,20}")
 
 
@@ -81,7 +82,7 @@ def _number(header: dict[str, list[str]], name: str) -> int:
 def _viewpoint(header: dict[str, list[str]]) -> str:
     words = header.get("VIEWPOINT", [])
     try:
-        values = [float(word) for word in words]
+        values = read_floats([word.encode() for word in words])
     except ValueError:
         values = []
     if words and (len(values) != 7 or not np.isfinite(values).all()):

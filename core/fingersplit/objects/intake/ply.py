@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingersplit.errors import ObjectFileError
+from fingersplit.numerals import read_floats
 from fingersplit.objects.intake.ply_kernel import find_values
 from fingersplit.objects.intake.polygons import Polygons
 from fingersplit.objects.intake.refusals import (
@@ -16,6 +17,7 @@ from fingersplit.objects.intake.refusals import (
     MAX_FACES,
     MAX_FACES_AS_TEXT,
     check_count,
+    first_wrong,
     malformed,
     mismatch,
     not_a_number,
@@ -259,15 +261,14 @@ def _indices(values: list[float], line: int) -> list[int]:
 def _row(element: _Element, words: list[bytes], line: int) -> list[tuple[_Property, list[float]]]:
     """The values of each property on a line."""
     try:
-        numbers = [float(word) for word in words]
+        numbers = read_floats(words)
     except ValueError:
-        wrong = next(word for word in words if not re.fullmatch(rb"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", word))
-        raise not_a_number(wrong, f"Line {line}") from None
+        raise not_a_number(first_wrong(words) or b"", f"Line {line}") from None
     values, at = list[tuple[_Property, list[float]]](), 0
     for item in element.properties:
         length = 1
         if item.length_type is not None and at < len(numbers):
-            if not 0 <= numbers[at] < 1e9:
+            if not (0 <= numbers[at] < 1e9 and numbers[at].is_integer()):
                 raise malformed(f"A list on line {line} says it has {numbers[at]:g} items.")
             length, at = int(numbers[at]), at + 1
         values.append((item, numbers[at : at + length]))

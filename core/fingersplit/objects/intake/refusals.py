@@ -1,12 +1,16 @@
 """Refusals that all formats share, and the limits on what a file may hold."""
 
+from collections.abc import Callable, Sequence
+
 from fingersplit.errors import ObjectFileError
+from fingersplit.numerals import read_floats
 
 __all__ = [
     "BLANKS",
     "MAX_FACES",
     "MAX_FACES_AS_TEXT",
     "check_count",
+    "first_wrong",
     "malformed",
     "mismatch",
     "not_a_number",
@@ -43,7 +47,7 @@ def truncated(announced: str, present: str) -> ObjectFileError:
 
 def not_a_number(word: bytes, where: str, *, whole: bool = False) -> ObjectFileError:
     """The error for a word of a text file that should be a number, or a whole one."""
-    text = repr(word.decode("latin1")[:30])
+    text = repr(word.decode(errors="backslashreplace")[:30])
     if b";" in word or word.count(b",") > 1:
         return ObjectFileError(
             "malformed", f"{where} has {text}; numbers are separated by blanks, and decimals written with a point."
@@ -53,6 +57,16 @@ def not_a_number(word: bytes, where: str, *, whole: bool = False) -> ObjectFileE
             "malformed", f"{where} has {text}, a number with a comma; decimals are written with a point, such as 0.5."
         )
     return ObjectFileError("malformed", f"{where} has {text}, which is not a {'whole ' * whole}number.")
+
+
+def first_wrong(words: Sequence[bytes], read: Callable[[list[bytes]], object] = read_floats) -> bytes | None:
+    """The first of the words that ``read`` refuses when it is given that word alone; None if there is none."""
+    for word in words:
+        try:
+            read([word])
+        except ValueError:
+            return word
+    return None
 
 
 def check_count(count: int, most: int, what: str = "faces") -> None:

@@ -6,12 +6,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingersplit.errors import ObjectFileError
+from fingersplit.numerals import read_floats
 from fingersplit.objects.intake.polygons import Polygons
 from fingersplit.objects.intake.refusals import (
     BLANKS,
     MAX_FACES,
     MAX_FACES_AS_TEXT,
     check_count,
+    first_wrong,
     malformed,
     mismatch,
     not_a_number,
@@ -69,7 +71,7 @@ def _parse_text(text: bytes) -> NDArray[np.float64]:
     for number, match in enumerate(matches):
         words = match[1].split()
         try:
-            points[number] = [float(word) for word in words]
+            points[number] = read_floats(words)
         except ValueError as error:
             raise _explained(text, match, words) from error
     return points
@@ -79,9 +81,7 @@ def _explained(text: bytes, match: re.Match[bytes], words: list[bytes]) -> Objec
     """Why a vertex line does not hold three numbers."""
     line = text.count(b"\n", 0, match.start()) + 1
     where = f"Line {line}"
-    for word in words:
-        try:
-            float(word)
-        except ValueError:
-            return not_a_number(word, where)
+    wrong = first_wrong(words)
+    if wrong is not None:
+        return not_a_number(wrong, where)
     return malformed(f"{where} has {len(words)} coordinates instead of 3.")
