@@ -10,6 +10,7 @@ from fingersplit_service.jobs.hand_service import HandService
 from fingersplit_service.jobs.job_service import JobService
 from fingersplit_service.jobs.object_service import ObjectService
 from fingersplit_service.jobs.outcome_service import OutcomeService
+from fingersplit_service.jobs.parallel_grasp_service import ParallelGraspService
 from fingersplit_service.jobs.result_service import ResultService
 from fingersplit_service.jobs.usage import UsageService
 from fingersplit_service.operations.health import HealthService
@@ -29,6 +30,7 @@ __all__ = [
     "Operations",
     "Outcomes",
     "OwnersUse",
+    "ParallelGrasps",
     "Results",
     "Settings",
 ]
@@ -46,6 +48,10 @@ async def _jobs(request: Request) -> JobService:
 
 async def _objects(request: Request) -> ObjectService:
     return _runtime(request).objects
+
+
+async def _parallel_grasps(request: Request) -> ParallelGraspService:
+    return _runtime(request).parallel_grasps
 
 
 async def _results(request: Request) -> ResultService:
@@ -90,6 +96,7 @@ async def _usage(request: Request) -> UsageService:
 
 Jobs = Annotated[JobService, Depends(_jobs)]
 Objects = Annotated[ObjectService, Depends(_objects)]
+ParallelGrasps = Annotated[ParallelGraspService, Depends(_parallel_grasps)]
 Results = Annotated[ResultService, Depends(_results)]
 Outcomes = Annotated[OutcomeService, Depends(_outcomes)]
 Datasets = Annotated[DatasetService, Depends(_datasets)]

@@ -37,6 +37,7 @@ from fingersplit_service.jobs.job_service import JobService
 from fingersplit_service.jobs.notifier import Notifier
 from fingersplit_service.jobs.object_service import ObjectService
 from fingersplit_service.jobs.outcome_service import OutcomeService
+from fingersplit_service.jobs.parallel_grasp_service import ParallelGraspService
 from fingersplit_service.jobs.result_service import ResultService
 from fingersplit_service.jobs.usage import Meter, UsageService
 from fingersplit_service.jobs.worker_functions import WorkerFunctions
@@ -65,6 +66,7 @@ class Runtime:
     settings: ServiceSettings
     jobs: JobService
     objects: ObjectService
+    parallel_grasps: ParallelGraspService
     results: ResultService
     outcomes: OutcomeService
     datasets: DatasetService
@@ -126,6 +128,7 @@ async def running(
         stack.push_async_callback(_end, asyncio.create_task(retention.run()))
         catalog = HandCatalog(pool, hand_store)
         jobs = JobService(job_store, object_store, catalog, runner, notifier, storage, metrics, settings)
+        objects = ObjectService(object_store, storage, pool, functions, settings, usage)
         results = ResultService(jobs, storage, pool, functions, settings)
         dataset_store = DatasetStore(database)
         rounds = DatasetRounds(dataset_store, job_store, jobs, settings.keep_jobs_s)
@@ -134,7 +137,10 @@ async def running(
         yield Runtime(
             settings=settings,
             jobs=jobs,
-            objects=ObjectService(object_store, storage, pool, functions, catalog, settings, usage),
+            objects=objects,
+            parallel_grasps=ParallelGraspService(
+                objects, object_store, storage, pool, functions, catalog, settings, usage
+            ),
             results=results,
             outcomes=OutcomeService(OutcomeStore(database), jobs, results),
             datasets=DatasetService(dataset_store, jobs, object_store, results, rounds.wake),

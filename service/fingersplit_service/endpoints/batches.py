@@ -6,7 +6,7 @@ from typing import Annotated
 from fastapi import APIRouter, Path, Response
 
 from fingersplit_client.schemas import Batch, BatchCreate, BatchPage, JobState
-from fingersplit_service.dependencies import Jobs, Objects
+from fingersplit_service.dependencies import Jobs, ParallelGrasps
 from fingersplit_service.endpoints.documents import ID_PATTERN, Cursor, Limit, next_cursor, place
 from fingersplit_service.endpoints.job_requests import IdempotencyKey, refuse_untouching
 from fingersplit_service.problems import ProblemKind, problem_answers
@@ -33,7 +33,7 @@ router = APIRouter(tags=["batches"])
 )
 async def create_batch(
     jobs: Jobs,
-    objects: Objects,
+    parallel_grasps: ParallelGrasps,
     principal: Planner,
     asked: BatchCreate,
     response: Response,
@@ -41,7 +41,7 @@ async def create_batch(
 ) -> Batch:
     """Ask for many plans. All jobs are accepted, or none is; the answer comes once they are on disk."""
     for index, job in enumerate(asked.jobs):
-        await refuse_untouching(objects, principal, job, f"/jobs/{index}")
+        await refuse_untouching(parallel_grasps, principal, job, f"/jobs/{index}")
     batch_id, rows, fresh = await jobs.submit_batch(principal.owner, asked.jobs, idempotency_key=idempotency_key)
     response.headers["Location"] = f"{PATH}/{batch_id}"
     if not fresh:

@@ -8,7 +8,7 @@ from fastapi import Header
 
 from fingersplit_client.schemas import JobCreate
 from fingersplit_service.jobs.errors import NotFound
-from fingersplit_service.jobs.object_service import ObjectService
+from fingersplit_service.jobs.parallel_grasp_service import ParallelGraspService
 from fingersplit_service.security.access import Principal
 
 __all__ = ["IdempotencyKey", "Prefer", "preference_applied", "refuse_untouching", "wait_seconds"]
@@ -46,7 +46,9 @@ def preference_applied(seconds: float) -> dict[str, str]:
     return {"Preference-Applied": f"wait={seconds:g}"} if seconds else {}
 
 
-async def refuse_untouching(objects: ObjectService, principal: Principal, request: JobCreate, prefix: str = "") -> None:
+async def refuse_untouching(
+    grasps: ParallelGraspService, principal: Principal, request: JobCreate, prefix: str = ""
+) -> None:
     """Refuse a job whose parallel grasps do not touch its object; that there is no such object is told elsewhere.
 
     Raises:
@@ -54,4 +56,4 @@ async def refuse_untouching(objects: ObjectService, principal: Principal, reques
     """
     if request.parallel_grasps:
         with suppress(NotFound):
-            await objects.check_touching(principal.owner, request.object_id, request.parallel_grasps, prefix)
+            await grasps.check_touching(principal.owner, request.object_id, request.parallel_grasps, prefix)

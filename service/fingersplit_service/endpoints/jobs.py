@@ -6,7 +6,7 @@ from fastapi import APIRouter, Body, Query, Response
 
 from fingersplit_client.schemas import Job, JobCreate, JobPage, JobState
 from fingersplit_service.database.jobs import JobFilter
-from fingersplit_service.dependencies import Jobs, Objects, Settings
+from fingersplit_service.dependencies import Jobs, ParallelGrasps, Settings
 from fingersplit_service.endpoints.documents import (
     Cursor,
     JobId,
@@ -77,7 +77,7 @@ _NOT_ENDED: dict[int | str, dict[str, Any]] = {
 )
 async def create_job(
     jobs: Jobs,
-    objects: Objects,
+    parallel_grasps: ParallelGrasps,
     settings: Settings,
     principal: Planner,
     asked: Annotated[JobCreate, Body(openapi_examples=_EXAMPLES)],
@@ -89,7 +89,7 @@ async def create_job(
     With `Prefer: wait=<seconds>` it comes as soon as the job has ended, with the result, or when the time is over.
     """
     seconds = wait_seconds(prefer, settings.max_wait_s)
-    await refuse_untouching(objects, principal, asked)
+    await refuse_untouching(parallel_grasps, principal, asked)
     job = await jobs.submit(principal.owner, asked, idempotency_key=idempotency_key, wait_s=seconds)
     headers = {"Location": f"{PATH}/{job.row.id}"} | preference_applied(seconds)
     if not job.fresh:

@@ -11,7 +11,7 @@ from fingersplit_client.schemas import (
     ParallelGraspSetInfo,
     ParallelGraspsGenerate,
 )
-from fingersplit_service.dependencies import Files, Objects
+from fingersplit_service.dependencies import Files, ParallelGrasps
 from fingersplit_service.endpoints.documents import ID_PATTERN, ObjectId
 from fingersplit_service.endpoints.forms import ExactForm
 from fingersplit_service.endpoints.uploads import PRINTABLE, staged, stem
@@ -41,10 +41,10 @@ SetId = Annotated[str, Path(description="Id of a set.", max_length=64, pattern=I
     ),
 )
 async def generate_parallel_grasps(
-    objects: Objects, principal: Planner, object_id: ObjectId, asked: ParallelGraspsGenerate, response: Response
+    grasps: ParallelGrasps, principal: Planner, object_id: ObjectId, asked: ParallelGraspsGenerate, response: Response
 ) -> ParallelGraspSet:
     """Find two-contact grasps of an object that fit a hand's opening, and keep them as a set."""
-    return _located(response, await objects.generate_grasps(principal.owner, object_id, asked))
+    return _located(response, await grasps.generate(principal.owner, object_id, asked))
 
 
 @router.post(
@@ -54,10 +54,10 @@ async def generate_parallel_grasps(
     responses=_PROBLEMS,
 )
 async def add_parallel_grasps(
-    objects: Objects, principal: Planner, object_id: ObjectId, given: ParallelGraspsCreate, response: Response
+    grasps: ParallelGrasps, principal: Planner, object_id: ObjectId, given: ParallelGraspsCreate, response: Response
 ) -> ParallelGraspSet:
     """Keep parallel grasps that were found elsewhere as a set."""
-    kept = await objects.add_grasps(principal.owner, object_id, given.name, given.parallel_grasps)
+    kept = await grasps.add(principal.owner, object_id, given.name, given.parallel_grasps)
     return _located(response, kept)
 
 
@@ -69,7 +69,7 @@ async def add_parallel_grasps(
     dependencies=[Depends(ExactForm())],
 )
 async def import_parallel_grasps(
-    objects: Objects,
+    grasps: ParallelGrasps,
     storage: Files,
     principal: Planner,
     object_id: ObjectId,
@@ -96,28 +96,32 @@ async def import_parallel_grasps(
     """Keep the parallel grasps in a file as a set; where it holds grippers, their jaws are closed on the object."""
     async with staged(storage, file) as path:
         content = GraspFile(path, stem(file), file_format, gripper, scale)
-        kept, message = await objects.import_grasps(principal.owner, object_id, name or stem(file), content)
+        kept, message = await grasps.import_file(principal.owner, object_id, name or stem(file), content)
     return ImportedGraspSet(message=message, **dict(_located(response, kept)))
 
 
 @router.get(PATH, summary="List the sets", responses=_PROBLEMS)
-async def list_parallel_grasps(objects: Objects, principal: Reader, object_id: ObjectId) -> list[ParallelGraspSetInfo]:
+async def list_parallel_grasps(
+    grasps: ParallelGrasps, principal: Reader, object_id: ObjectId
+) -> list[ParallelGraspSetInfo]:
     """The sets of an object without their grasps, newest first; the newest thousand."""
-    return await objects.grasp_sets(principal.owner, object_id)
+    return await grasps.sets(principal.owner, object_id)
 
 
 @router.get(PATH + "/{set_id}", summary="Get a set", responses=_PROBLEMS)
 async def get_parallel_grasps(
-    objects: Objects, principal: Reader, object_id: ObjectId, set_id: SetId
+    grasps: ParallelGrasps, principal: Reader, object_id: ObjectId, set_id: SetId
 ) -> ParallelGraspSet:
     """One set with its grasps."""
-    return await objects.grasp_set(principal.owner, object_id, set_id)
+    return await grasps.get(principal.owner, object_id, set_id)
 
 
 @router.delete(PATH + "/{set_id}", status_code=204, summary="Delete a set", responses=_PROBLEMS)
-async def delete_parallel_grasps(objects: Objects, principal: Planner, object_id: ObjectId, set_id: SetId) -> Response:
+async def delete_parallel_grasps(
+    grasps: ParallelGrasps, principal: Planner, object_id: ObjectId, set_id: SetId
+) -> Response:
     """Delete a set; jobs that started from it stay as they are."""
-    await objects.delete_grasp_set(principal.owner, object_id, set_id)
+    await grasps.delete(principal.owner, object_id, set_id)
     return Response(status_code=204)
 
 

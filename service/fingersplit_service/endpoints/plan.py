@@ -14,7 +14,7 @@ from starlette.datastructures import UploadFile
 from fingersplit_client.schemas import Job, JobCreate, Unit, Vector3
 from fingersplit_client.schemas.base import Document
 from fingersplit_client.schemas.objects import Density, Fairing, Friction, Mass
-from fingersplit_service.dependencies import Files, Jobs, Objects, Settings
+from fingersplit_service.dependencies import Files, Jobs, Objects, ParallelGrasps, Settings
 from fingersplit_service.endpoints.documents import job_document, json_response
 from fingersplit_service.endpoints.forms import ExactForm
 from fingersplit_service.endpoints.job_requests import (
@@ -125,6 +125,7 @@ async def plan_grasps(
     request: Request,
     jobs: Jobs,
     objects: Objects,
+    parallel_grasps: ParallelGrasps,
     storage: Files,
     settings: Settings,
     principal: Planner,
@@ -144,7 +145,7 @@ async def plan_grasps(
             object_id = info.id
     job = JobCreate.model_validate(asked.model_dump(exclude={"mesh"}) | {"object_id": object_id})
     seconds = wait_seconds(prefer, settings.max_wait_s) or settings.max_wait_s
-    await refuse_untouching(objects, principal, job)
+    await refuse_untouching(parallel_grasps, principal, job)
     view = await jobs.submit(principal.owner, job, idempotency_key=idempotency_key, wait_s=seconds)
     headers = {"Location": f"/v1/jobs/{view.row.id}"} | preference_applied(seconds if prefer else 0.0)
     if not view.fresh:

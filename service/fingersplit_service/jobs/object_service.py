@@ -1,39 +1,19 @@
-"""Objects as the endpoints see them: keep an upload, find parallel grasps, export, delete."""
+"""Objects as the endpoints see them: keep an upload, find it again, export, delete."""
 
 import asyncio
 import hashlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, Literal, TypeVar
-from uuid import uuid4
+from typing import Any, TypeVar
 
-from pydantic import TypeAdapter
-
-from fingersplit.errors import (
-    FingersplitError,
-    FormatError,
-    ObjectFileError,
-    ParallelGraspError,
-    SceneError,
-    SettingsError,
-)
-from fingersplit_client.schemas import (
-    ObjectInfo,
-    ObjectLookup,
-    ParallelGrasp,
-    ParallelGraspSet,
-    ParallelGraspSetInfo,
-    ParallelGraspsGenerate,
-    ViewedScene,
-)
+from fingersplit.errors import ObjectFileError, SceneError
+from fingersplit_client.schemas import ObjectInfo, ObjectLookup, ViewedScene
 from fingersplit_service.database.objects import ObjectStore, StoredObject
 from fingersplit_service.jobs.errors import InvalidField, InvalidFile, NotFound, ObjectInUse, ResourceGone
-from fingersplit_service.jobs.hand_catalog import HandCatalog
-from fingersplit_service.jobs.job_requests import check_grasps, check_hand, check_source
 from fingersplit_service.jobs.reading import read_file
 from fingersplit_service.jobs.usage import UsageService
-from fingersplit_service.jobs.worker_functions import GraspFile, Upload, ViewUpload, WorkerFunctions
+from fingersplit_service.jobs.worker_functions import Upload, ViewUpload, WorkerFunctions
 from fingersplit_service.jobs.worker_pool import WorkerPool
 from fingersplit_service.settings import ServiceSettings
 from fingersplit_service.storage import Storage
@@ -41,21 +21,19 @@ from fingersplit_service.storage import Storage
 __all__ = ["ObjectService"]
 
 Returned = TypeVar("Returned")
-_GRASPS = TypeAdapter(list[ParallelGrasp])
 _FIELDS = {"needless_viewpoint": "/viewpoint", "needless_support": "/support", "below_support": "/support"}
 """What is at fault where it is not the file."""
 _CLAIMS = 3  # attempts to keep an upload whose file clean-up removes at the same moment
 
 
 class ObjectService:
-    """What can be done with objects and their parallel grasps; every method acts for one owner.
+    """What can be done with objects; every method acts for one owner.
 
     Args:
         objects: The table.
         storage: Their files.
         pool: The workers that read files.
         functions: What workers run.
-        hands: The hands that are known.
         settings: Deadlines.
         usage: What owners may.
     """
@@ -66,13 +44,11 @@ class ObjectService:
         storage: Storage,
         pool: WorkerPool,
         functions: WorkerFunctions,
-        hands: HandCatalog,
         settings: ServiceSettings,
         usage: UsageService,
     ) -> None:
-        self._usage = usage
         self._objects, self._storage, self._pool = objects, storage, pool
-        self._functions, self._hands, self._settings = functions, hands, settings
+        self._functions, self._settings, self._usage = functions, settings, usage
 
     async def add(self, owner: str, name: str, file_name: str, upload: Upload) -> tuple[ObjectInfo, bool]:
         """Check an uploaded file and keep what is in it; the object, and whether the owner had it not yet.
@@ -149,7 +125,7 @@ class ObjectService:
         Raises:
             NotFound: The owner has no such object.
         """
-        return ObjectInfo.model_validate_json(await self._document(owner, object_id))
+        return ObjectInfo.model_validate_json(await self.document(owner, object_id))
 
     async def page(self, owner: str, before: int | None, limit: int) -> list[StoredObject]:
         """Objects of an owner, newest first, older than the place ``before``."""
@@ -161,7 +137,7 @@ class ObjectService:
         Raises:
             NotFound: The owner has no such object.
         """
-        await self._document(owner, object_id)
+        await self.document(owner, object_id)
         path = self._storage.mesh_export(object_id, file_type)
         try:
             await asyncio.to_thread(self._storage.local, path)
@@ -186,125 +162,8 @@ class ObjectService:
         if not removal.found:
             raise NotFound(f"There is no object {object_id!r}.")
 
-    async def generate_grasps(self, owner: str, object_id: str, request: ParallelGraspsGenerate) -> ParallelGraspSet:
-        """Find two-contact grasps of an object that fit a hand's opening, and keep them as a set.
-
-        Raises:
-            NotFound: The owner has no such object.
-            InvalidField: Unknown hand, or settings with which nothing can be found.
-            LimitReached: The owner has used what it may.
-        """
-        await self._document(owner, object_id)
-        await check_hand(self._hands, owner, request.hand)
-        check_source(self._hands, request.source)
-        await self._usage.admit(owner)
-        try:
-            found = await self._pool.answer(
-                owner,
-                self._functions.generate,
-                self._storage,
-                object_id,
-                request,
-                deadline_s=self._settings.picture_deadline_s,
-                object_id=object_id,
-            )
-        except FingersplitError as error:
-            raise InvalidField("", str(error)) from error
-        return await self._keep(owner, object_id, "generated", request.name, _GRASPS.validate_python(found))
-
-    async def add_grasps(self, owner: str, object_id: str, name: str, grasps: list[ParallelGrasp]) -> ParallelGraspSet:
-        """Keep parallel grasps that were found elsewhere as a set.
-
-        Raises:
-            NotFound: The owner has no such object.
-            InvalidField: One of them is none, or does not touch the object; the field says which.
-        """
-        await self._document(owner, object_id)
-        await self.check_touching(owner, object_id, grasps)
-        return await self._keep(owner, object_id, "imported", name, grasps)
-
-    async def check_touching(
-        self, owner: str, object_id: str, grasps: Sequence[ParallelGrasp], prefix: str = ""
-    ) -> None:
-        """Refuse parallel grasps that are none, or that do not touch an object.
-
-        Args:
-            owner: Who gives them.
-            object_id: The object.
-            grasps: The grasps.
-            prefix: Where they stand in the whole request, as a JSON pointer.
-
-        Raises:
-            NotFound: The owner has no such object.
-            InvalidField: One of them is none, or lies off the surface; the field says which.
-        """
-        check_grasps(grasps, prefix)
-        await self._document(owner, object_id)
-        documents = [grasp.model_dump() for grasp in grasps]
-        deadline = self._settings.picture_deadline_s
-        try:
-            await self._pool.answer(
-                owner,
-                self._functions.check_touching,
-                self._storage,
-                object_id,
-                documents,
-                deadline_s=deadline,
-                object_id=object_id,
-            )
-        except ParallelGraspError as error:
-            raise InvalidField(f"{prefix}/parallel_grasps/{error.index}", str(error)) from error
-
-    async def import_grasps(
-        self, owner: str, object_id: str, name: str, file: GraspFile
-    ) -> tuple[ParallelGraspSet, str]:
-        """Keep the parallel grasps in a file as a set; the set, and a sentence on what the file held.
-
-        Raises:
-            NotFound: The owner has no such object.
-            InvalidFile: The file holds no grasps of it.
-        """
-        object_name = (await self.get(owner, object_id)).name
-        try:
-            found, message = await self._read_file(
-                owner, self._functions.import_grasps, object_id, object_name, file, object_id=object_id
-            )
-        except (FormatError, SettingsError) as error:
-            raise InvalidFile(str(error)) from error
-        kept = await self._keep(owner, object_id, "imported", name, _GRASPS.validate_python(found))
-        return kept, message
-
-    async def grasp_sets(self, owner: str, object_id: str) -> list[ParallelGraspSetInfo]:
-        """The sets of an object without their grasps, newest first; the newest thousand.
-
-        Raises:
-            NotFound: The owner has no such object.
-        """
-        await self._document(owner, object_id)
-        rows = await self._objects.grasp_sets(owner, object_id)
-        return [ParallelGraspSetInfo.model_validate(_set_info(row)) for row in rows]
-
-    async def grasp_set(self, owner: str, object_id: str, set_id: str) -> ParallelGraspSet:
-        """One set with its grasps.
-
-        Raises:
-            NotFound: The owner's object has no such set.
-        """
-        row = await self._objects.grasp_set(owner, object_id, set_id)
-        if row is None:
-            raise _unknown_set(object_id, set_id)
-        return ParallelGraspSet(parallel_grasps=_GRASPS.validate_json(row["document"]), **_set_info(row))
-
-    async def delete_grasp_set(self, owner: str, object_id: str, set_id: str) -> None:
-        """Delete a set; jobs that started from it stay as they are.
-
-        Raises:
-            NotFound: The owner's object has no such set.
-        """
-        if not await self._objects.remove_grasps(owner, object_id, set_id):
-            raise _unknown_set(object_id, set_id)
-
-    async def _document(self, owner: str, object_id: str) -> str:
+    async def document(self, owner: str, object_id: str) -> str:
+        """What the table keeps of an object: ``ObjectInfo``, JSON. Raises as `get`."""
         document = await self._objects.document(owner, object_id)
         if document is None:
             raise NotFound(f"There is no object {object_id!r}; upload its mesh to /v1/objects.")
@@ -331,40 +190,9 @@ class ObjectService:
         except ObjectFileError as error:
             raise InvalidFile(str(error), code=error.code, mesh=True) from error
 
-    async def _read_file(
-        self, owner: str, function: Callable[..., Returned], *arguments: Any, object_id: str | None = None
-    ) -> Returned:
+    async def _read_file(self, owner: str, function: Callable[..., Returned], *arguments: Any) -> Returned:
         deadline = self._settings.inspection_deadline_s
-        return await read_file(self._pool, owner, deadline, function, self._storage, *arguments, object_id=object_id)
-
-    async def _keep(
-        self,
-        owner: str,
-        object_id: str,
-        origin: Literal["generated", "imported"],
-        name: str,
-        grasps: list[ParallelGrasp],
-    ) -> ParallelGraspSet:
-        info = ParallelGraspSetInfo(
-            id=uuid4().hex,
-            object_id=object_id,
-            origin=origin,
-            name=name,
-            count=len(grasps),
-            created_at=datetime.now(UTC),
-        )
-        if not await self._objects.add_grasps(owner, info, _GRASPS.dump_json(grasps).decode()):
-            raise NotFound(f"Object {object_id!r} was deleted meanwhile.")
-        return ParallelGraspSet(parallel_grasps=grasps, **info.model_dump())
-
-
-def _set_info(row: Any) -> dict[str, Any]:
-    members = {name: row[name] for name in ParallelGraspSetInfo.model_fields}
-    return members | {"created_at": datetime.fromtimestamp(row["created_at"], UTC)}
-
-
-def _unknown_set(object_id: str, set_id: str) -> NotFound:
-    return NotFound(f"Object {object_id!r} has no set of parallel grasps {set_id!r}.")
+        return await read_file(self._pool, owner, deadline, function, self._storage, *arguments)
 
 
 def _description(upload: Upload) -> ObjectLookup:
