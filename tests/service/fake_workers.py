@@ -20,20 +20,15 @@ from typing import Any
 from fingersplit.errors import FormatError, HandError
 from fingersplit_client.schemas import JobCreate, ParallelGraspsGenerate, Verification
 from fingersplit_service.jobs.dataset_shards import SHARD, ShardTask
+from fingersplit_service.jobs.grasp_work import import_grasps
 from fingersplit_service.jobs.hand_work import HandTask, HandUpload
+from fingersplit_service.jobs.object_work import Upload, export_mesh, inspect_object
 from fingersplit_service.jobs.outcome import JobOutcome, JobResultRow
 from fingersplit_service.jobs.planning import STARTS, PlanTask
 from fingersplit_service.jobs.rendering import ExportedFile, RenderTask
 from fingersplit_service.jobs.verifying import VerifiedResult, VerifyTask
 from fingersplit_service.jobs.worker import report_progress
-from fingersplit_service.jobs.worker_functions import (
-    Upload,
-    WarmUpReport,
-    WorkerFunctions,
-    export_mesh,
-    import_grasps,
-    inspect_object,
-)
+from fingersplit_service.jobs.worker_functions import WarmUpReport, WorkerFunctions
 from fingersplit_service.storage import Storage
 from plan_documents import filled
 

@@ -9,7 +9,7 @@ import pytest
 from fake_workers import FINE, FUNCTIONS, accept
 
 from fingersplit_client.schemas import ImportedGraspSet
-from fingersplit_service.jobs.worker_functions import check_touching
+from fingersplit_service.jobs.grasp_work import check_touching
 
 pytestmark = pytest.mark.anyio
 

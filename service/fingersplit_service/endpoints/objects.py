@@ -15,7 +15,7 @@ from fingersplit_service.dependencies import Files, Objects
 from fingersplit_service.endpoints.documents import Cursor, Limit, ObjectId, next_cursor, place
 from fingersplit_service.endpoints.forms import ExactForm
 from fingersplit_service.endpoints.uploads import PRINTABLE, staged, stem, suffix
-from fingersplit_service.jobs.worker_functions import Upload
+from fingersplit_service.jobs.object_work import Upload
 from fingersplit_service.problems import ProblemError, ProblemKind, problem_answers
 from fingersplit_service.security.access import Planner, Reader
 

@@ -15,7 +15,7 @@ from fingersplit_service.dependencies import Files, ParallelGrasps
 from fingersplit_service.endpoints.documents import ID_PATTERN, ObjectId
 from fingersplit_service.endpoints.forms import ExactForm
 from fingersplit_service.endpoints.uploads import PRINTABLE, staged, stem
-from fingersplit_service.jobs.worker_functions import GraspFile
+from fingersplit_service.jobs.grasp_work import GraspFile
 from fingersplit_service.problems import ProblemKind, problem_answers
 from fingersplit_service.security.access import Planner, Reader
 

@@ -26,7 +26,7 @@ from fingersplit_service.endpoints.job_requests import (
 )
 from fingersplit_service.endpoints.objects import OBJECT_FIELDS, object_options, support_of, viewpoint_of
 from fingersplit_service.endpoints.uploads import PRINTABLE, staged, staged_bytes, stem, suffix
-from fingersplit_service.jobs.worker_functions import Upload
+from fingersplit_service.jobs.object_work import Upload
 from fingersplit_service.problems import ProblemError, ProblemKind, problem_answers
 from fingersplit_service.security.access import Planner
 from fingersplit_service.storage import Storage

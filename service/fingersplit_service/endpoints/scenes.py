@@ -12,7 +12,7 @@ from fingersplit_service.dependencies import Files, Objects
 from fingersplit_service.endpoints.forms import ExactForm
 from fingersplit_service.endpoints.objects import object_options
 from fingersplit_service.endpoints.uploads import PRINTABLE, staged, stem
-from fingersplit_service.jobs.worker_functions import ViewUpload
+from fingersplit_service.jobs.object_work import ViewUpload
 from fingersplit_service.problems import ProblemError, ProblemKind, problem_answers
 from fingersplit_service.security.access import Planner
 

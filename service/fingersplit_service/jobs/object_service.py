@@ -11,9 +11,10 @@ from fingersplit.errors import ObjectFileError, SceneError
 from fingersplit_client.schemas import ObjectInfo, ObjectLookup, ViewedScene
 from fingersplit_service.database.objects import ObjectStore, StoredObject
 from fingersplit_service.jobs.errors import InvalidField, InvalidFile, NotFound, ObjectInUse, ResourceGone
+from fingersplit_service.jobs.object_work import Upload, ViewUpload
 from fingersplit_service.jobs.reading import read_file
 from fingersplit_service.jobs.usage import UsageService
-from fingersplit_service.jobs.worker_functions import Upload, ViewUpload, WorkerFunctions
+from fingersplit_service.jobs.worker_functions import WorkerFunctions
 from fingersplit_service.jobs.worker_pool import WorkerPool
 from fingersplit_service.settings import ServiceSettings
 from fingersplit_service.storage import Storage

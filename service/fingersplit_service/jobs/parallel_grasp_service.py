@@ -11,12 +11,13 @@ from fingersplit.errors import FingersplitError, FormatError, ParallelGraspError
 from fingersplit_client.schemas import ParallelGrasp, ParallelGraspSet, ParallelGraspSetInfo, ParallelGraspsGenerate
 from fingersplit_service.database.objects import ObjectStore
 from fingersplit_service.jobs.errors import InvalidField, InvalidFile, NotFound
+from fingersplit_service.jobs.grasp_work import GraspFile
 from fingersplit_service.jobs.hand_catalog import HandCatalog
 from fingersplit_service.jobs.job_requests import check_grasps, check_hand, check_source
 from fingersplit_service.jobs.object_service import ObjectService
 from fingersplit_service.jobs.reading import read_file
 from fingersplit_service.jobs.usage import UsageService
-from fingersplit_service.jobs.worker_functions import GraspFile, WorkerFunctions
+from fingersplit_service.jobs.worker_functions import WorkerFunctions
 from fingersplit_service.jobs.worker_pool import WorkerPool
 from fingersplit_service.settings import ServiceSettings
 from fingersplit_service.storage import Storage
