@@ -3,14 +3,14 @@
 import asyncio
 import logging
 import time
-from collections import OrderedDict, deque
 from collections.abc import AsyncIterator, Callable, Collection
 from contextlib import AbstractContextManager, asynccontextmanager, nullcontext
-from dataclasses import dataclass
 from typing import Any, TypeVar
 
+from fingersplit_service.jobs.idle_work import IdleCall, IdleWork
 from fingersplit_service.jobs.slot import DeadlineExceeded, ReportHandler, WorkerDied, WorkerSlot
 from fingersplit_service.jobs.turns import JOBS, Turns
+from fingersplit_service.jobs.warm_objects import WarmObjects
 from fingersplit_service.jobs.worker import run_niced
 from fingersplit_service.jobs.worker_functions import WarmUpReport
 
@@ -20,10 +20,7 @@ Returned = TypeVar("Returned")
 
 _log = logging.getLogger(__name__)
 _MAX_PAUSE = 30.0  # between attempts to start a worker [s]
-_REMEMBERED_OBJECTS = 8  # that a worker is taken to have ready
-_NICE_IDLE_WORK = 19  # work in advance takes what nothing else wants
 _NICE_STARTING = 10  # a worker that starts while others work gets at least a tenth of a core
-_MAX_IDLE_WORK = 200  # that waits; older work is forgotten
 _QUIET = 1.0  # without a request or a job, after which work behind answers may take workers that are not spare [s]
 _WATCH_INTERVAL = 1.0  # between looks for stopped processes [s]
 
@@ -49,16 +46,6 @@ class WorkerLease:
         if self.worker.processes == self._process and self.worker.usable:
             self._pool.put_back(self.worker)
         self._pool.serve_next()
-
-
-@dataclass(frozen=True)
-class _IdleWork:
-    """A call that nobody waits for; ``answer`` is whom it is for, None where it may as well not be done."""
-
-    function: Callable[..., Any]
-    arguments: tuple[Any, ...]
-    deadline_s: float
-    answer: "asyncio.Future[Any] | None" = None
 
 
 class WorkerPool:
@@ -100,14 +87,13 @@ class WorkerPool:
         self._workers, self._silence_s, self._observe_wait = workers, silence_s, observe_wait
         self._slots = [WorkerSlot(memory_bytes) for _ in range(workers + spares)]
         self._free: list[WorkerSlot] = []
-        self._objects: dict[WorkerSlot, OrderedDict[str, None]] = {slot: OrderedDict() for slot in self._slots}
+        self._objects = WarmObjects(self._slots)
         self._active = 0
         self._turns = Turns[WorkerSlot]()
         self._warm_slots: set[WorkerSlot] = set()
         self._was_warm = asyncio.Event()  # once as many were warm as work at once
         self._supervisors: list[asyncio.Task[None]] = []
-        self._idle_work = deque[_IdleWork](maxlen=_MAX_IDLE_WORK)
-        self._work_behind = deque[_IdleWork]()
+        self._idle_work = IdleWork()
         self._last_use = 0.0  # when a worker was last in use for a request or a job
         self._idle_tasks: set[asyncio.Task[None]] = set()
 
@@ -150,7 +136,7 @@ class WorkerPool:
 
     async def stop_refilling(self) -> None:
         """Start no more workers, and end what nobody waits for."""
-        self._idle_work.clear()
+        self._idle_work.forget()
         ending = [*self._supervisors, *self._idle_tasks]
         for task in ending:
             task.cancel()
@@ -201,7 +187,7 @@ class WorkerPool:
         many others are free as may begin to work. Without spare workers it waits for ever. The newest comes first: it
         is the likeliest to be wanted soon.
         """
-        self._idle_work.append(_IdleWork(function, arguments, deadline_s))
+        self._idle_work.add(IdleCall(function, arguments, deadline_s))
         self.serve_next()
 
     async def run_behind(self, function: Callable[..., Returned], *arguments: Any, deadline_s: float) -> Returned:
@@ -211,31 +197,27 @@ class WorkerPool:
         too, all but one.
         """
         answer: asyncio.Future[Returned] = asyncio.get_running_loop().create_future()
-        self._work_behind.append(_IdleWork(function, arguments, deadline_s, answer))
+        self._idle_work.add(IdleCall(function, arguments, deadline_s, answer))
         self.serve_next()
         self._look_again_when_quiet()
         return await answer
 
     def warm_objects(self, slot: WorkerSlot) -> set[str]:
         """Ids of the objects that a worker or another free one has ready."""
-        return {object_id for one in (slot, *self._free) for object_id in self._objects[one]}
+        return self._objects.of((slot, *self._free))
 
     def knows_any(self, object_ids: Collection[str]) -> bool:
         """Whether a free worker has one of these objects ready."""
-        return any(object_id in self._objects[one] for one in self._free for object_id in object_ids)
+        return not self._objects.of(self._free).isdisjoint(object_ids)
 
     def exchange(self, slot: WorkerSlot, object_id: str) -> WorkerSlot:
         """A worker that has worked on an object: the given one, else a free one, else the given one all the same."""
-        if object_id not in self._objects[slot]:
+        if not self._objects.has(slot, object_id):
             for place, other in enumerate(self._free):
-                if object_id in self._objects[other]:
+                if self._objects.has(other, object_id):
                     self._free[place], slot = slot, other
                     break
-        known = self._objects[slot]
-        known[object_id] = None
-        known.move_to_end(object_id)
-        if len(known) > _REMEMBERED_OBJECTS:
-            known.popitem(last=False)
+        self._objects.note(slot, object_id)
         return slot
 
     def put_back(self, slot: WorkerSlot) -> None:
@@ -254,47 +236,28 @@ class WorkerPool:
                 break
             self._active += 1
             waiting.set_result(self._free.pop())
-        while (work := self._next_idle_work()) is not None:
+        while (call := self._next_idle_call()) is not None:
             # The one that has been free longest: the others may have a job's object ready.
             lease = WorkerLease(self, self._free.pop(0))
-            task = asyncio.create_task(self._run_idle_work(lease, work))
+            task = asyncio.create_task(self._run_idle_work(lease, call))
             self._idle_tasks.add(task)
             task.add_done_callback(self._idle_tasks.discard)
 
-    def _next_idle_work(self) -> _IdleWork | None:
+    def _next_idle_call(self) -> IdleCall | None:
         """Work that nobody waits for, if there is a worker to spare for it."""
-        while self._work_behind and self._work_behind[0].answer and self._work_behind[0].answer.done():
-            self._work_behind.popleft()  # who wanted it has gone
-        if not self._free:
-            return None
         spare = len(self._free) > self._workers - self._active
         quiet = self._active == 0 and asyncio.get_running_loop().time() - self._last_use >= _QUIET
         room = len(self._idle_tasks) < max(1, len(self._slots) - 1)
-        if self._work_behind and (spare or (quiet and room)):
-            return self._work_behind.popleft()
-        return self._idle_work.pop() if spare and self._idle_work else None
+        behind = bool(self._free) and (spare or (quiet and room))
+        return self._idle_work.next(in_advance=spare and bool(self._free), behind=behind)
 
     def _look_again_when_quiet(self) -> None:
-        if self._work_behind:
+        if self._idle_work.has_work_behind:
             asyncio.get_running_loop().call_later(_QUIET + 0.01, self.serve_next)
 
-    async def _run_idle_work(self, lease: WorkerLease, work: _IdleWork) -> None:
-        arguments, answer = (_NICE_IDLE_WORK, work.function, *work.arguments), work.answer
+    async def _run_idle_work(self, lease: WorkerLease, call: IdleCall) -> None:
         try:
-            result = await lease.worker.run(run_niced, *arguments, deadline_s=work.deadline_s)
-        except BaseException as error:
-            if answer is None:
-                _log.warning("%s was given up: %r", work.function.__name__, error)
-            elif not answer.done():
-                if isinstance(error, asyncio.CancelledError):
-                    answer.cancel()
-                else:
-                    answer.set_exception(error)
-            if isinstance(error, asyncio.CancelledError):
-                raise
-        else:
-            if answer is not None and not answer.done():
-                answer.set_result(result)
+            await call.run(lease.worker)
         finally:
             lease.end()
 
@@ -326,7 +289,7 @@ class WorkerPool:
             _log.warning("A worker process ended (%s); starting another.", reason)
             self._warm_slots.discard(slot)
             self._free = [other for other in self._free if other is not slot]
-            self._objects[slot].clear()
+            self._objects.forget(slot)
             await slot.discard()
 
     async def _kill_stopped(self) -> None:
