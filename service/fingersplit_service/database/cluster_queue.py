@@ -12,9 +12,10 @@ from uuid import uuid4
 
 import sqlalchemy as sa
 
-from fingersplit_service.database.connection import Database, transaction
+from fingersplit_service.database.connection import Database
 from fingersplit_service.database.queue import QUEUED_AGAIN, JobQueue, failure
 from fingersplit_service.database.rows import LISTED_COLUMNS, JobRow, job_row
+from fingersplit_service.database.store import transaction
 from fingersplit_service.database.tables import RUNNING, agents, jobs
 
 __all__ = ["Beat", "ClusterQueue", "Rescue"]

@@ -2,36 +2,26 @@
 
 import asyncio
 import logging
-import os
 import time
-from collections.abc import Callable, Coroutine, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
-from functools import wraps
 from pathlib import Path
-from typing import Any, Concatenate, ParamSpec, TypeVar
+from typing import Any, TypeVar
 
 import sqlalchemy as sa
-from sqlalchemy.dialects import postgresql, sqlite
 
 from fingersplit_service.database.schema import upgrade_schema
+from fingersplit_service.database.sqlite_file import SqliteFile
 
 __all__ = [
     "Database",
     "DatabaseInUse",
     "StorageUnavailable",
-    "Store",
-    "accepting",
     "database_url",
-    "insert_missing",
-    "reading",
-    "statement",
-    "transaction",
 ]
 
-Params = ParamSpec("Params")
 Returned = TypeVar("Returned")
-Owner = TypeVar("Owner", bound="Store")
 
 _POSTGRESQL = {  # a machine that is gone answers nothing: it is given up after seconds, not after hours
     "connect_timeout": 5,
@@ -42,7 +32,6 @@ _POSTGRESQL = {  # a machine that is gone answers nothing: it is given up after 
 }
 _IDLE_IN_TRANSACTION = 3_000  # after which PostgreSQL ends a session that holds locks: its process was stopped [ms]
 _TRUSTED = 0.5  # how long a connection counts as good after it was used [s]
-_BUSY_TIMEOUT = 2_000  # how long to wait for another process's lock [ms]
 _SERVICE_LOCK = 0x66696E67  # of PostgreSQL, held by the one service that works on a database
 _log = logging.getLogger(__name__)
 
@@ -82,7 +71,7 @@ class Database:
         self._threads = {
             name: ThreadPoolExecutor(at_once, thread_name_prefix=f"database-{name}") for name in ("write", "read")
         }
-        self._file = _SqliteFile(url.database) if url.get_backend_name() == "sqlite" and url.database else None
+        self._file = SqliteFile(url.database) if url.get_backend_name() == "sqlite" and url.database else None
         if self._file is not None:
             self.engine, self._reader = (self._file.engine(url, reads_only=reads) for reads in (False, True))
         else:
@@ -216,124 +205,3 @@ def _let_go_of_locks(engine: sa.Engine) -> None:
         connection.commit()
 
     sa.event.listen(engine, "connect", configure)
-
-
-class _SqliteFile:
-    """The file of a database: its connections, and whether it is still the one that was opened."""
-
-    def __init__(self, name: str) -> None:
-        self._path = Path(name)
-        self._identity: tuple[int, int] | None = None
-        self._writer: Any = None
-        self._durable: bool | None = None
-
-    def engine(self, url: sa.URL, *, reads_only: bool) -> sa.Engine:
-        """An engine of one connection."""
-        options = {"check_same_thread": False, "cached_statements": 256}
-        engine = sa.create_engine(url, poolclass=sa.StaticPool, connect_args=options)
-
-        def configure(connection: Any, _record: Any) -> None:
-            connection.isolation_level = None  # transactions begin as written below, not when the driver decides
-            pragmas = [f"busy_timeout={_BUSY_TIMEOUT}", "journal_mode=WAL", "foreign_keys=ON", "cache_size=-16384"]
-            for pragma in [*pragmas, "query_only=ON"] if reads_only else pragmas:
-                connection.execute(f"PRAGMA {pragma}")
-            if not reads_only:
-                self._writer = connection
-
-        def begin(connection: sa.Connection) -> None:
-            # A writer takes the lock first: what a transaction has read cannot change before it writes.
-            connection.exec_driver_sql("BEGIN" if reads_only else "BEGIN IMMEDIATE")
-
-        sa.event.listen(engine, "connect", configure)
-        sa.event.listen(engine, "begin", begin)
-        return engine
-
-    def remember(self) -> None:
-        """Note which file was opened."""
-        self._identity = self._look()
-
-    def check(self) -> None:
-        """Refuse to work on a file that was deleted or replaced: what is written to it would be lost.
-
-        Raises:
-            OSError: It was.
-        """
-        if self._look() != self._identity:
-            raise FileNotFoundError(f"{self._path} was replaced while the service runs.")
-
-    def synchronize(self, durable: bool) -> None:
-        """Set how safe the next commit is."""
-        if durable is not self._durable:
-            self._writer.execute(f"PRAGMA synchronous={'FULL' if durable else 'NORMAL'}")
-            self._durable = durable
-
-    def _look(self) -> tuple[int, int]:
-        status = os.stat(self._path)
-        return status.st_dev, status.st_ino
-
-
-class Store:
-    """What one subject keeps in the database; its methods are transactions.
-
-    Args:
-        database: Where.
-    """
-
-    def __init__(self, database: Database) -> None:
-        self._database = database
-
-
-def insert_missing(connection: sa.Connection, table: sa.Table, row: Mapping[str, Any], unique: list[str]) -> bool:
-    """Insert a row unless one with the same values in the columns ``unique`` is there; whether it was inserted."""
-    dialect: Any = sqlite if connection.dialect.name == "sqlite" else postgresql
-    insert = dialect.insert(table).values(row).on_conflict_do_nothing(index_elements=unique)
-    # Not by the number of rows, which is kept of updates and deletions only.
-    return connection.execute(insert.returning(table.c[unique[0]])).first() is not None
-
-
-def transaction(
-    method: Callable[Concatenate[Owner, sa.Connection, Params], Returned],
-) -> Callable[Concatenate[Owner, Params], Coroutine[Any, Any, Returned]]:
-    """Make a method that is given a connection an awaitable one without; calls run one after the other.
-
-    A loss of power may undo the last ones: a job is then run again. What must not be undone is `accepting`.
-    """
-    return _awaitable(method)
-
-
-def accepting(
-    method: Callable[Concatenate[Owner, sa.Connection, Params], Returned],
-) -> Callable[Concatenate[Owner, Params], Coroutine[Any, Any, Returned]]:
-    """Like `transaction`, for what a client is told to be kept: it is on disk before the method returns."""
-    return _awaitable(method, durable=True)
-
-
-def statement(
-    method: Callable[Concatenate[Owner, sa.Connection, Params], Returned],
-) -> Callable[Concatenate[Owner, Params], Coroutine[Any, Any, Returned]]:
-    """Like `transaction`, for what is one statement on PostgreSQL."""
-    return _awaitable(method, single=True)
-
-
-def reading(
-    method: Callable[Concatenate[Owner, sa.Connection, Params], Returned],
-) -> Callable[Concatenate[Owner, Params], Coroutine[Any, Any, Returned]]:
-    """Like `transaction`, for what changes nothing."""
-    return _awaitable(method, reads_only=True)
-
-
-def _awaitable(
-    method: Callable[Concatenate[Owner, sa.Connection, Params], Returned],
-    *,
-    durable: bool = False,
-    reads_only: bool = False,
-    single: bool = False,
-) -> Callable[Concatenate[Owner, Params], Coroutine[Any, Any, Returned]]:
-    @wraps(method)
-    async def awaited(self: Owner, /, *args: Params.args, **kwargs: Params.kwargs) -> Returned:
-        def act(connection: sa.Connection) -> Returned:
-            return method(self, connection, *args, **kwargs)
-
-        return await self._database.run(act, durable=durable, reads_only=reads_only, single=single)
-
-    return awaited

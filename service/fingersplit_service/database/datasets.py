@@ -8,7 +8,7 @@ from typing import Any
 import sqlalchemy as sa
 
 from fingersplit_client.schemas import DatasetState
-from fingersplit_service.database.connection import Store, accepting, insert_missing, reading, transaction
+from fingersplit_service.database.store import Store, accepting, insert_missing, reading, transaction
 from fingersplit_service.database.tables import dataset_rounds as rounds
 from fingersplit_service.database.tables import datasets
 

@@ -9,8 +9,9 @@ from dataclasses import dataclass
 
 import sqlalchemy as sa
 
-from fingersplit_service.database.connection import Database, Store, transaction
+from fingersplit_service.database.connection import Database
 from fingersplit_service.database.rows import LISTED_COLUMNS, JobRow, job_row
+from fingersplit_service.database.store import Store, transaction
 from fingersplit_service.database.tables import jobs, results
 
 __all__ = ["FollowUp", "FollowUpStore"]

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 import sqlalchemy as sa
 
 from fingersplit_client.schemas import HandInfo
-from fingersplit_service.database.connection import Store, accepting, insert_missing, reading
 from fingersplit_service.database.objects import Removal
+from fingersplit_service.database.store import Store, accepting, insert_missing, reading
 from fingersplit_service.database.tables import hands, jobs
 
 __all__ = ["HandStore"]

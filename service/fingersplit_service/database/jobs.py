@@ -7,8 +7,8 @@ from dataclasses import asdict, dataclass
 import sqlalchemy as sa
 
 from fingersplit_client.schemas import JobState
-from fingersplit_service.database.connection import Store, accepting, reading, transaction
 from fingersplit_service.database.rows import LISTED_COLUMNS, JobRow, NewJob, job_row, one_job
+from fingersplit_service.database.store import Store, accepting, reading, transaction
 from fingersplit_service.database.tables import QUEUED, RUNNING, datasets, jobs, objects, results
 from fingersplit_service.database.usage import Limits, count_jobs, refuse_excess
 

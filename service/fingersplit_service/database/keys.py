@@ -10,7 +10,7 @@ from typing import Literal, get_args
 
 import sqlalchemy as sa
 
-from fingersplit_service.database.connection import Store, accepting, reading
+from fingersplit_service.database.store import Store, accepting, reading
 from fingersplit_service.database.tables import api_keys
 
 __all__ = ["LOCAL_OWNER", "SCOPES", "KeyRow", "KeyStore", "Scope", "matches", "split_key"]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import sqlalchemy as sa
 
 from fingersplit_client.schemas import ObjectInfo, ParallelGraspSetInfo
-from fingersplit_service.database.connection import Store, accepting, insert_missing, reading
+from fingersplit_service.database.store import Store, accepting, insert_missing, reading
 from fingersplit_service.database.tables import jobs, objects, parallel_grasp_sets, uploads
 
 __all__ = ["ObjectStore", "Removal", "StoredObject"]

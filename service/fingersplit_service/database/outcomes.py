@@ -7,7 +7,7 @@ from typing import NamedTuple
 import sqlalchemy as sa
 
 from fingersplit_client.schemas import GraspOutcome
-from fingersplit_service.database.connection import Store, accepting, reading
+from fingersplit_service.database.store import Store, accepting, reading
 from fingersplit_service.database.tables import grasp_outcomes as table
 
 __all__ = ["OutcomeFilter", "OutcomeStore", "Prediction", "StoredOutcome"]

@@ -8,7 +8,7 @@ from datetime import UTC, datetime
 import sqlalchemy as sa
 from sqlalchemy.dialects import postgresql, sqlite
 
-from fingersplit_service.database.connection import Store, reading, transaction
+from fingersplit_service.database.store import Store, reading, transaction
 from fingersplit_service.database.tables import QUEUED, jobs, objects, usage
 from fingersplit_service.settings import ServiceSettings
 

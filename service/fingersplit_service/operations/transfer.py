@@ -13,9 +13,10 @@ from typing import IO, Any
 import sqlalchemy as sa
 
 from fingersplit_service.blobs import BlobStore
-from fingersplit_service.database.connection import Database, database_url, insert_missing
+from fingersplit_service.database.connection import Database, database_url
 from fingersplit_service.database.keys import LOCAL_OWNER
 from fingersplit_service.database.schema import HEAD
+from fingersplit_service.database.store import insert_missing
 from fingersplit_service.database.tables import agents, metadata, objects
 from fingersplit_service.settings import ServiceSettings
 from fingersplit_service.storage import Storage
