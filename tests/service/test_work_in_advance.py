@@ -4,6 +4,7 @@ import json
 import os
 import signal
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from conftest import PATIENCE, until
@@ -151,9 +152,11 @@ def test_nothing_is_drawn_of_what_was_deleted(tmp_path, deleted):
 
 
 def test_what_stands_for_a_run_is_the_first_grasp_that_held():
-    grasps = [{"rank": rank, "verification": None} for rank in (1, 2, 3)]
+    def ranked(*held: bool | None) -> list[SimpleNamespace]:
+        reports = [None if one is None else SimpleNamespace(passed=one) for one in held]
+        return [SimpleNamespace(rank=rank, verification=report) for rank, report in enumerate(reports, 1)]
+
     assert best_rank([]) is None
-    assert best_rank(grasps) == 1
-    tried = [grasps[0] | {"verification": {"passed": False}}, grasps[1] | {"verification": {"passed": True}}, grasps[2]]
-    assert best_rank(tried) == 2
-    assert best_rank(tried[:1]) == 1
+    assert best_rank(ranked(None, None, None)) == 1
+    assert best_rank(ranked(False, True, None)) == 2
+    assert best_rank(ranked(False)) == 1
