@@ -23,7 +23,6 @@ from fingersplit.transforms import wxyz_from_rotation
 from fingersplit.verification.protocol import REFERENCE_FRICTION
 from fingersplit.verification.protocols.lift import Lift
 from fingersplit.verification.scene import Scene
-from fingersplit.verification.scene_parts import JOINT_SERVOS
 
 __all__ = ["Closing", "Executor"]
 
@@ -85,7 +84,6 @@ class Executor:
         self._lift = Lift()
         self._drivers = list(hand.drivers)
         self._accelerations = _lift_accelerations(self._lift)
-        self._scene.enable(JOINT_SERVOS)
         self._scene.model.opt.timestep = TIME_STEP
         self._scene.set_object(mass, self._center, mass / model.mass * model.inertia)
         self._moments = self._scene.model.body_inertia[self._scene.object_body].copy()

@@ -63,7 +63,7 @@ def close_published(
         scene.move_object(object_moved)
     scene.set_joints(execution.opened)
     keep_clear(scene, grasp.normals)
-    track = run_closing(scene, controls)
+    track = run_closing(scene, controls, opened=closing)
     rows = {"close": slice(0, closing), "squeeze": slice(closing, closing + squeezing)}
     return ClosedHand(track, rows, controller.hold(scene, execution.grip, controls[-1]))
 

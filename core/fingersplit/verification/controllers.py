@@ -1,8 +1,8 @@
 """Controllers of a held grasp, as actuators inside the simulation: no step of theirs leaves the compiled loop.
 
-A scene carries the actuators of every controller; each controller enables its own, sets their gains and says what goes
-into their control inputs. `PositionServo` and `JointTorque` execute what is published with a grasp; `VirtualFrame`
-computes a grip of its own for the loads of the protocol.
+A scene carries the actuators of what a controller moves, the joints or the fingertips; the controller sets their gains
+and says what goes into their control inputs. `PositionServo` and `JointTorque` execute what is published with a grasp;
+`VirtualFrame` computes a grip of its own for the loads of the protocol.
 """
 
 from abc import ABC, abstractmethod
@@ -17,8 +17,7 @@ from fingersplit.contacts.grip_plan import GripPlan
 from fingersplit.errors import SettingsError, suggestion
 from fingersplit.ranges import check_known, check_settings, setting
 from fingersplit.registry import first_line
-from fingersplit.verification.scene import Scene
-from fingersplit.verification.scene_parts import FINGER_SERVOS, JOINT_SERVOS
+from fingersplit.verification.scene import Driven, Scene
 
 __all__ = [
     "Controller",
@@ -42,6 +41,8 @@ class Controller(ABC):
 
     name: ClassVar[str]
     """How requests call it."""
+    driven: ClassVar[Driven] = "joints"
+    """What it moves."""
 
     def __post_init__(self) -> None:
         check_settings(self, f"{{}} of controller {self.name!r}")
@@ -94,7 +95,6 @@ class PublishedGrip(Controller):
             closed: Joints of the planned grasp, (N,) [rad].
             steps: As ``closing_path`` takes them.
         """
-        scene.enable(JOINT_SERVOS)
         scene.set_gains(scene.joint_controls, grip.stiffness, grip.damping)
         first, planned, last = (scene.drivers_of(joints) for joints in (opened, closed, grip.targets))
         path = closing_path(first, planned, last, steps)
@@ -149,6 +149,7 @@ class VirtualFrame(Controller):
     """
 
     name: ClassVar[str] = "virtual_frame"
+    driven: ClassVar[Driven] = "fingertips"
 
     load_margin: float = setting(1.5, "1", "The grip carries this many times the load.", 0.1, 10.0)
     friction_margin: float = setting(0.8, "1", "Share of the planned friction that the grip relies on.", 0.1, 1.0)
@@ -159,7 +160,6 @@ class VirtualFrame(Controller):
 
     def prepare(self, scene: Scene) -> None:
         """Fingertip servos at their closing stiffness."""
-        scene.enable(FINGER_SERVOS)
         scene.set_gains(scene.servo_controls.ravel(), self.closing_stiffness, self.damping)
 
     def close(self, scene: Scene, grip: Grip, ramp: NDArray[np.float64]) -> NDArray[np.float64]:

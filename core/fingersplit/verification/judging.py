@@ -36,11 +36,11 @@ def phase_rows(phases: Sequence[Phase], step: float, steps: int) -> list[slice]:
 def is_decided(
     protocol: Protocol, center_of_mass: NDArray[np.float64], track: SimulationTrack, time_left: float
 ) -> bool:
-    """Whether a trial's verdict stands before its end, the load being as large as it gets.
+    """Whether a trial's verdict stands before its end.
 
-    It has failed once a limit is passed. It will hold when the object's motion in the hand and the force of every
-    finger, changing on at ``DRIFT_FACTOR`` times their present rates for the time that is left [s], stay inside the
-    limits and above zero.
+    It has failed once a limit is passed. After ``decided_after``, the load having been as large as it gets, it will
+    hold when the object's motion in the hand and the force of every finger, changing on at ``DRIFT_FACTOR`` times
+    their present rates for the time that is left [s], stay inside the limits and above zero.
     """
     if not track.stable:
         return True
@@ -48,6 +48,8 @@ def is_decided(
     motions = motion_in_hand(track, center_of_mass)
     if any(motion.max() > limit for motion, limit in zip(motions, limits, strict=True)):
         return True
+    if protocol.decided_after is None or track.times[-1] < protocol.decided_after - 1e-9:
+        return False
     step = float(track.times[0])
     settled = min(round(SETTLED_TIME / step), len(track.times) - 1)
     ahead = DRIFT_FACTOR * time_left / (settled * step)  # in units of the settled time

@@ -16,11 +16,11 @@ from fingersplit.scene.world import Obstacle, SupportSurface
 from fingersplit.transforms import transform_points, wxyz_from_rotation
 from fingersplit.verification.scene_parts import (
     CONDIM,
-    FINGER_SERVOS,
     OBJECT,
     add_object,
-    drive_hand,
+    drive_joints,
     finger_chains,
+    limit_joints,
     mount_hand,
     servo_name,
 )
@@ -102,7 +102,8 @@ class PickWorld:
             shape = body.primitive.to_mujoco()
             spec.body(hand.palm).add_geom(pos=body.pose.position, quat=body.pose.wxyz, mass=0, **shape)
         mount_hand(spec, hand)
-        drive_hand(spec, hand)
+        limit_joints(spec, hand)
+        drive_joints(spec, hand)
         _mount_carriage(spec, hand, world_from_palm)
         add_object(spec, pieces)
         requested = scene.constraints.scene
@@ -115,7 +116,6 @@ class PickWorld:
         spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
         spec.option.impratio, spec.option.noslip_iterations = IMPRATIO, NOSLIP_ITERATIONS
         model = spec.compile()
-        model.opt.disableactuator = 1 << FINGER_SERVOS
         servos = [model.actuator(servo_name(name)).id for name in hand.driver_names]
         model.actuator_gainprm[servos, 0], model.actuator_biasprm[servos, 1] = stiffness, -stiffness
         model.actuator_biasprm[servos, 2] = -damping

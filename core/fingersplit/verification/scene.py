@@ -1,4 +1,4 @@
-"""The simulated world: the planner's own hand, its palm fixed, the object's convex pieces, the controllers' actuators.
+"""The simulated world: the planner's own hand, its palm fixed, the object's convex pieces, a controller's actuators.
 
 One scene serves every grasp of an object: poses, friction and mass are written into the compiled model, never into its
 description. World frame: the object frame when the simulation starts, z up. Where a protocol moves the palm, the
@@ -9,7 +9,7 @@ import copy
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from itertools import combinations
-from typing import Any, Self
+from typing import Any, Literal, Self
 
 import mujoco
 import numpy as np
@@ -21,22 +21,26 @@ from fingersplit.objects.convex_pieces import ConvexPieces
 from fingersplit.transforms import wxyz_from_rotation
 from fingersplit.verification.scene_parts import (
     CONDIM,
-    FINGER_SERVOS,
-    JOINT_SERVOS,
     OBJECT,
     SOLIMP,
     SOLREF,
     add_object,
     add_sensors,
-    drive_hand,
+    drive_fingertips,
+    drive_joints,
     finger_chains,
+    fingertip_servo_names,
     grip_site,
+    limit_joints,
     mount_hand,
     pair_name,
     servo_name,
 )
 
-__all__ = ["Scene"]
+__all__ = ["Driven", "Scene"]
+
+Driven = Literal["joints", "fingertips"]
+"""What a controller's actuators move."""
 
 IMPRATIO, NOSLIP_ITERATIONS = 10, 2
 """With elliptic cones these keep a held object from creeping through the fingers."""
@@ -60,11 +64,11 @@ class Scene:
         pairs: Pairs of fingers with a virtual spring between them, (P, 2).
         part_of_body: Finger that each body belongs to, -1 for all others, (n_bodies,).
         moving_bodies: Bodies that feel inertial forces: the fingers and the object.
-        servo_controls: Controls of the fingertip servos along the palm's axes, (F, 3).
-        pair_controls: Controls of the virtual springs, (P,).
+        servo_controls: Controls of the fingertip servos along the palm's axes, (F, 3); none where joints are driven.
+        pair_controls: Controls of the virtual springs, (P,); none where joints are driven.
         driver_qpos: Position of every driver of the active fingers, (A,).
         coupling: S, joints by those drivers, (N, A).
-        joint_controls: Controls of the drivers' servos, (A,).
+        joint_controls: Controls of the drivers' servos, (A,); none where fingertips are driven.
     """
 
     hand: Hand
@@ -88,11 +92,13 @@ class Scene:
     _rollout_data: list[Any] = field(default_factory=list)
 
     @classmethod
-    def build(cls, hand: Hand, pieces: ConvexPieces) -> Self:
+    def build(cls, hand: Hand, pieces: ConvexPieces, driven: Driven = "joints") -> Self:
         """Compile the scene of a hand and an object: a few tenths of a second, then good for all grasps."""
         spec, chains = hand.spec(), finger_chains(hand)
         mount_hand(spec, hand)
-        drive_hand(spec, hand)
+        limit_joints(spec, hand)
+        by_joints = driven == "joints"
+        (drive_joints if by_joints else drive_fingertips)(spec, hand)
         add_object(spec, pieces)
         add_sensors(spec, hand, chains)
         spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
@@ -101,6 +107,7 @@ class Scene:
         model = spec.compile()
         joints = [model.joint(name) for name in hand.joint_names]
         fingers = [finger.name for finger in hand.fingers]
+        springs = [pair_name(a, b) for a, b in combinations(fingers, 2)]
         bodies = [model.body(link.name).id for link in hand.model.links[1:]]
         return cls(
             hand=hand,
@@ -116,9 +123,9 @@ class Scene:
             pairs=np.array(list(combinations(range(len(fingers)), 2))),
             part_of_body=_parts(model, chains),
             moving_bodies=np.array([*bodies, model.body(OBJECT).id]),
-            servo_controls=np.array([[model.actuator(f"{name}_{axis}").id for axis in "xyz"] for name in fingers]),
-            pair_controls=np.array([model.actuator(pair_name(a, b)).id for a, b in combinations(fingers, 2)]),
-            joint_controls=np.array([model.actuator(servo_name(name)).id for name in hand.driver_names]),
+            servo_controls=_actuators(model, [] if by_joints else [fingertip_servo_names(name) for name in fingers]),
+            pair_controls=_actuators(model, [] if by_joints else springs),
+            joint_controls=_actuators(model, [servo_name(name) for name in hand.driver_names] if by_joints else []),
             driver_qpos=np.array([model.joint(name).qposadr[0] for name in hand.driver_names]),
             coupling=hand.model.coupling.matrix[:, list(hand.drivers)],
         )
@@ -226,15 +233,17 @@ class Scene:
             "contacts": {"condim": CONDIM, "solref": SOLREF, "solimp": SOLIMP},
         }
 
-    def enable(self, group: int) -> None:
-        """Switch on the actuators of one controller's group and off those of the others."""
-        self.model.opt.disableactuator = ((1 << FINGER_SERVOS) | (1 << JOINT_SERVOS)) & ~(1 << group)
-
     def set_gains(self, actuators: NDArray[np.int64], stiffness: ArrayLike, damping: ArrayLike) -> None:
         """Stiffness and damping of servos, one number or one each, SI units."""
         self.model.actuator_gainprm[actuators, 0] = stiffness
         self.model.actuator_biasprm[actuators, 1] = -np.asarray(stiffness)
         self.model.actuator_biasprm[actuators, 2] = -np.asarray(damping)
+
+
+def _actuators(model: Any, names: ArrayLike) -> NDArray[np.int64]:
+    """Numbers of named actuators, in the shape of ``names``."""
+    named = np.asarray(names, object)
+    return np.array([model.actuator(name).id for name in named.ravel()], np.int64).reshape(named.shape)
 
 
 def _parts(model: Any, chains: Sequence[Sequence[str]]) -> NDArray[np.int64]:

@@ -13,26 +13,24 @@ from fingersplit.objects.convex_pieces import ConvexPieces
 
 __all__ = [
     "CONDIM",
-    "FINGER_SERVOS",
-    "JOINT_SERVOS",
     "OBJECT",
     "PALM_FRAME",
     "SOLIMP",
     "SOLREF",
     "add_object",
     "add_sensors",
-    "drive_hand",
+    "drive_fingertips",
+    "drive_joints",
     "finger_chains",
+    "fingertip_servo_names",
     "grip_site",
+    "limit_joints",
     "mount_hand",
     "pair_name",
     "servo_name",
 ]
 
 OBJECT, PALM_FRAME = "object", "palm_frame"
-
-FINGER_SERVOS, JOINT_SERVOS = 1, 2
-"""Actuator groups: a controller switches the other one off."""
 
 JOINT_ARMATURE, JOINT_DAMPING = 2e-3, 0.02
 """Of the drives, which the description of a hand leaves out: [kg m^2], [N m s/rad]."""
@@ -89,26 +87,33 @@ def _neighbours(hand: Hand) -> set[tuple[str, str]]:
     return {(pair[0], pair[1]) for key, pair in unique.items() if key not in known}
 
 
-def drive_hand(spec: Any, hand: Hand) -> None:
-    """Torque-limited joints with gravity compensation, the actuators of every controller, parked fingers held."""
-    for name, (up, down) in zip(hand.joint_names, _joint_torque_ranges(hand).T, strict=True):
-        joint = spec.joint(name)
-        joint.armature, joint.damping[0] = JOINT_ARMATURE, JOINT_DAMPING
-        joint.actfrclimited, joint.actfrcrange, joint.actgravcomp = 1, [-down, up], 1
+def drive_joints(spec: Any, hand: Hand) -> None:
+    """A position servo on every driver of the active fingers."""
     for name in hand.driver_names:
-        _add_servo(spec, servo_name(name), mujoco.mjtTrn.mjTRN_JOINT, name, JOINT_SERVOS)
-    _hold_parked(spec, hand)
-    for axis, gear in zip("xyz", np.eye(3, 6), strict=True):
-        for finger in hand.fingers:
-            target = grip_site(finger.name)
-            servo = _add_servo(spec, f"{finger.name}_{axis}", mujoco.mjtTrn.mjTRN_SITE, target, FINGER_SERVOS)
+        _add_servo(spec, servo_name(name), mujoco.mjtTrn.mjTRN_JOINT, name)
+
+
+def drive_fingertips(spec: Any, hand: Hand) -> None:
+    """Servos that move every grip site along the palm's axes, and a spring between every two of them."""
+    for finger in hand.fingers:
+        for name, gear in zip(fingertip_servo_names(finger.name), np.eye(3, 6), strict=True):
+            servo = _add_servo(spec, name, mujoco.mjtTrn.mjTRN_SITE, grip_site(finger.name))
             servo.refsite, servo.gear = PALM_FRAME, gear
     for a, b in combinations(hand.fingers, 2):
         tendon = spec.add_tendon(name=pair_name(a.name, b.name))
         tendon.wrap_site(grip_site(a.name))
         tendon.wrap_site(grip_site(b.name))
-        pull = _add_servo(spec, tendon.name, mujoco.mjtTrn.mjTRN_TENDON, tendon.name, FINGER_SERVOS)
+        pull = _add_servo(spec, tendon.name, mujoco.mjtTrn.mjTRN_TENDON, tendon.name)
         pull.gaintype, pull.gainprm[1] = mujoco.mjtGain.mjGAIN_AFFINE, -1  # control [N/m] times length
+
+
+def limit_joints(spec: Any, hand: Hand) -> None:
+    """Torque-limited joints with gravity compensation and the drives' inertia; parked fingers held."""
+    for name, (up, down) in zip(hand.joint_names, _joint_torque_ranges(hand).T, strict=True):
+        joint = spec.joint(name)
+        joint.armature, joint.damping[0] = JOINT_ARMATURE, JOINT_DAMPING
+        joint.actfrclimited, joint.actfrcrange, joint.actgravcomp = 1, [-down, up], 1
+    _hold_parked(spec, hand)
 
 
 def _joint_torque_ranges(hand: Hand) -> NDArray[np.float64]:
@@ -161,6 +166,11 @@ def grip_site(finger: str) -> str:
     return f"{finger}_grip"
 
 
+def fingertip_servo_names(finger: str) -> list[str]:
+    """Names of the servos of a finger's tip along the palm's axes."""
+    return [f"{finger}_{axis}" for axis in "xyz"]
+
+
 def pair_name(first: str, second: str) -> str:
     """Name of the virtual spring between two fingertips."""
     return f"{first}_to_{second}"
@@ -182,12 +192,11 @@ def _add_contact_sensor(spec: Any, name: str, part: Any, parameters: list[int]) 
     )
 
 
-def _add_servo(spec: Any, name: str, transmission: Any, target: str, group: int) -> Any:
+def _add_servo(spec: Any, name: str, transmission: Any, target: str) -> Any:
     return spec.add_actuator(
         name=name,
         trntype=transmission,
         target=target,
-        group=group,
         gaintype=mujoco.mjtGain.mjGAIN_FIXED,
         biastype=mujoco.mjtBias.mjBIAS_AFFINE,
         gainprm=np.zeros(10),

@@ -29,6 +29,10 @@ OPENING, OPENING_PARTS = 12e-3, 3
 """How far pads open that have no planned opening [m], and in how many steps."""
 OPENING_DAMPING = 0.01
 """[m/rad]; a finger that cannot open does not swing."""
+FREE_CHECK_INTERVAL = 0.015
+"""How often a hand that closes freely is looked at whether it touches anything [s]."""
+FIRST_CHECK = 0.15
+"""Time after which a trial that may end early is first looked at, for an object that is falling [s]."""
 CHECK_INTERVAL = 0.25
 """How often an undecided trial is looked at again [s]."""
 _STATE = mujoco.mjtState.mjSTATE_FULLPHYSICS
@@ -129,16 +133,43 @@ def keep_clear(scene: Scene, normals: NDArray[np.float64]) -> None:
         scene.set_joints(np.clip(joints, hand.lower, hand.upper))
 
 
-def run_closing(scene: Scene, controls: NDArray[np.float64]) -> SimulationTrack:
-    """Close the hand on the free object by ``controls`` (T, n_controls), without gravity; the scene ends closed."""
+def run_closing(scene: Scene, controls: NDArray[np.float64], opened: int = 0) -> SimulationTrack:
+    """Close the hand on the free object by ``controls`` (T, n_controls), without gravity; the scene ends closed.
+
+    In the first ``opened`` steps the hand may not touch anything yet; as long as it does not, contacts are not looked
+    for in every step, which is most of what a step costs.
+    """
     scene.model.opt.gravity = 0.0
     start, still = _state(scene), np.zeros((len(controls), 3))
-    states, sensors = _roll(scene, [scene.model], start[None], _with_forces(scene, controls, still, still)[None], 0)
-    track = SimulationTrack.from_rollout(scene, start[0], still, states[0], sensors[0])
-    mujoco.mj_setState(scene.model, scene.data, states[0, -1], _STATE)
+    rows = _with_forces(scene, controls, still, still)
+    parts = [_roll_freely(scene, start, rows[:opened])] if opened and not scene.data.ncon else []
+    last = np.vstack([start, *(part[0] for part in parts)])[-1:]
+    states, sensors = _roll(scene, [scene.model], last, rows[None, sum(len(part[0]) for part in parts) :], 0)
+    states, sensors = (np.concatenate(part) for part in zip(*parts, (states[0], sensors[0]), strict=True))
+    track = SimulationTrack.from_rollout(scene, start[0], still, states, sensors)
+    mujoco.mj_setState(scene.model, scene.data, states[-1], _STATE)
     scene.data.ctrl = controls[-1]
     mujoco.mj_forward(scene.model, scene.data)
     return track
+
+
+def _roll_freely(
+    scene: Scene, start: NDArray[np.float64], controls: NDArray[np.float64]
+) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Simulate rows of ``controls`` (T, n) without contacts for as long as there are none: states, sensors (t, ...)."""
+    model, data = scene.model, scene.data
+    flags, interval, free = model.opt.disableflags, round(FREE_CHECK_INTERVAL / model.opt.timestep), 0
+    model.opt.disableflags = flags | int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
+    states, sensors = _roll(scene, [model], start[None], controls[None], 0)
+    model.opt.disableflags = flags
+    for end in range(interval, len(controls) + 1, interval):
+        data.qpos = states[0, end - 1, 1 : 1 + model.nq]
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_collision(model, data)
+        if data.ncon:
+            break
+        free = end
+    return states[0, :free], sensors[0, :free]
 
 
 def run_trials(
@@ -163,21 +194,22 @@ def run_trials(
     """
     step = scene.model.opt.timestep
     models = [scene.model, *(scene.copy().model for _ in trials[1:])]
-    paths, controls = [], []
+    paths, loads = [], []
     for model, trial in zip(models, trials, strict=True):
         model.opt.gravity = trial.gravity
         path, forces = trial_loads(trial, mass, step)
         paths.append(path)
-        controls.append(_with_forces(scene, np.tile(held, (len(path), 1)), forces, palm_accelerations(path, step)))
+        loads.append(np.stack([forces, palm_accelerations(path, step)]))
     longest = max(len(path) for path in paths)
-    controls = [np.pad(rows, ((0, longest - len(rows)), (0, 0)), mode="edge") for rows in controls]
+    loads = [np.pad(load, ((0, 0), (0, longest - load.shape[1]), (0, 0)), mode="edge") for load in loads]
     start = _state(scene)
     parts: list[list[tuple[NDArray[Any], NDArray[Any]]]] = [[] for _ in trials]
     tracks: dict[int, SimulationTrack] = {}
     running = list(range(len(trials)))
     for begin, end in _stretches(longest, step, decided_after):
         starts = np.stack([parts[b][-1][0][-1] if parts[b] else start for b in running])
-        rows = np.stack([controls[b][begin:end] for b in running])
+        controls = np.tile(held, (end - begin, 1))
+        rows = np.stack([_with_forces(scene, controls, *loads[b][:, begin:end]) for b in running])
         states, sensors = _roll(scene, [models[b] for b in running], starts, rows, threads)
         for b, *part in zip(running, states, sensors, strict=True):
             parts[b].append((part[0], part[1]))
@@ -195,8 +227,9 @@ def _stretches(steps: int, step: float, decided_after: float | None) -> list[tup
     """First and last step of every stretch after which trials are looked at."""
     if decided_after is None:
         return [(0, steps)]
-    ends = [round(decided_after / step), *range(0, steps, max(1, round(CHECK_INTERVAL / step))), steps]
-    ends = sorted({end for end in ends if round(decided_after / step) <= end <= steps} | {steps})
+    looks = [min(FIRST_CHECK, decided_after), *np.arange(0.0, steps * step, CHECK_INTERVAL), decided_after]
+    numbers = {round(time / step) for time in looks if time >= decided_after or time == looks[0]} | {steps}
+    ends = sorted(number for number in numbers if 0 < number <= steps)
     return list(zip([0, *ends[:-1]], ends, strict=True))
 
 

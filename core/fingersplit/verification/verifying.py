@@ -37,7 +37,7 @@ from fingersplit.verification.protocol import Protocol, Trial, torsion_in
 from fingersplit.verification.protocols import load_protocol
 from fingersplit.verification.protocols.pick import Pick
 from fingersplit.verification.published import Execution
-from fingersplit.verification.scene import Scene
+from fingersplit.verification.scene import Driven, Scene
 from fingersplit.verification.simulation import SimulationTrack, run_trials
 
 __all__ = ["Simulated", "repeat_simulation", "simulate", "verify"]
@@ -186,7 +186,7 @@ class _Task:
 def _outcome(task: _Task, threads: int) -> "_Outcome":
     """Set the scene and simulate."""
     protocol, model, mass, grasp = task.protocol, task.model, task.mass, task.grasp
-    scene = _scenes.get(task.hand, task.pieces)
+    scene = _scenes.get(task.hand, task.pieces, task.controller.driven)
     scene.set_object(mass, model.center_of_mass, mass / model.mass * model.inertia)
     scene.place(grasp)
     penetration = float(scene.penetrations().max())
@@ -347,15 +347,15 @@ def _simulate(scene: Scene, task: _Task, setting: _Setting, close: Callable[[], 
 
 
 @lru_cache(maxsize=SCENES_KEPT)
-def _compiled(hand: Hand, pieces: ConvexPieces) -> Scene:
-    return Scene.build(hand, pieces)
+def _compiled(hand: Hand, pieces: ConvexPieces, driven: Driven) -> Scene:
+    return Scene.build(hand, pieces, driven)
 
 
 class _Scenes(local):
     """Each thread's own copies of the latest compiled scenes."""
 
     def __init__(self) -> None:
-        self.get = lru_cache(maxsize=SCENES_KEPT)(lambda hand, pieces: _compiled(hand, pieces).copy())
+        self.get = lru_cache(maxsize=SCENES_KEPT)(lambda *parts: _compiled(*parts).copy())
 
 
 _scenes = _Scenes()

@@ -9,7 +9,7 @@ from fingersplit.hands import load_hand
 from fingersplit.objects.convex_pieces import decompose
 from fingersplit.objects.parametric import sphere
 from fingersplit.verification.scene import Scene
-from fingersplit.verification.scene_parts import drive_hand
+from fingersplit.verification.scene_parts import drive_joints, limit_joints
 from own_hand import description, hand_mjcf, write_hand
 
 EQUALITY = '<equality><joint joint1="{}" joint2="{}" polycoef="{} {} 0 0 0"/></equality>'
@@ -79,7 +79,8 @@ def test_torques_that_differ_by_direction_stay_so(tmp_path):
     assert ranges["first_1"] == pytest.approx([0.6, 2.4])
     assert hand.torque_limits[hand.driver_names.index("first_1")] == pytest.approx(0.6)
     spec = hand.spec()
-    drive_hand(spec, hand)
+    limit_joints(spec, hand)
+    drive_joints(spec, hand)
     assert spec.joint("thumb_0").actfrcrange == pytest.approx([-0.3, 1.2])
     assert spec.joint("thumb_1").actfrcrange == pytest.approx([-2.4, 0.6])
 

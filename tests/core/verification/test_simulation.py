@@ -4,16 +4,18 @@ import numpy as np
 import pytest
 
 from fingersplit.contacts.grip import Grip
-from fingersplit.verification.controllers import VirtualFrame
+from fingersplit.verification.closing import with_opening
+from fingersplit.verification.controllers import PositionServo, VirtualFrame
+from fingersplit.verification.published import Execution
 from fingersplit.verification.scene import Scene
-from fingersplit.verification.simulation import run_closing
+from fingersplit.verification.simulation import keep_clear, run_closing
 
 
 @pytest.fixture
 def placed(planned, barrett):
     plan, pieces = planned("box")
     grasp = plan.grasps[0].run.final
-    scene = Scene.build(barrett, pieces)
+    scene = Scene.build(barrett, pieces, "fingertips")
     scene.set_object(plan.model.mass, plan.model.center_of_mass, plan.model.inertia)
     scene.set_friction(np.full(3, 0.6), np.full(3, 0.005))
     scene.place(grasp)
@@ -57,6 +59,39 @@ def test_joint_torques_stay_inside_their_limits(placed):
     excess = np.abs(rollout.torques) - scene.hand.torque_limits
     assert excess.max() <= 1e-9
     assert excess.max() > -1e-6  # the pull is far beyond what the joints have
+
+
+def test_free_fingers_close_as_if_contacts_were_looked_for_all_the_time(planned, barrett):
+    plan, pieces = planned("box")
+    ranked = plan.grasps[0]
+    grasp, steps, tracks = ranked.run.final, (60, 30), []
+    for opened in (0, steps[0]):
+        scene = Scene.build(barrett, pieces)
+        scene.set_object(plan.model.mass, plan.model.center_of_mass, plan.model.inertia)
+        scene.set_friction(np.full(3, 0.6), np.full(3, 0.005))
+        scene.place(grasp)
+        scene.model.opt.timestep = 0.003
+        execution = with_opening(Execution(None, ranked.execution.grip), scene, grasp)
+        controls = PositionServo().close(scene, execution.grip, execution.opened, grasp.joints, steps)
+        scene.set_joints(execution.opened)
+        keep_clear(scene, grasp.normals)
+        tracks.append(run_closing(scene, controls, opened))
+    always, freely = tracks
+    first = int(always.touching.any(axis=1).argmax())
+    assert first > 10, "fingers that touch from the beginning leave nothing to skip"
+    np.testing.assert_allclose(freely.joints[:first], always.joints[:first], atol=1e-9)
+    np.testing.assert_array_equal(freely.times, always.times)
+    assert abs(int(freely.touching.any(axis=1).argmax()) - first) <= 1
+    np.testing.assert_allclose(freely.object_positions[-1], always.object_positions[-1], atol=2e-4)
+
+
+def test_fingers_that_touch_from_the_beginning_push(placed):
+    scene, grasp = placed
+    deep = grasp.joints + scene.coupling @ np.full(scene.coupling.shape[1], 0.05)
+    scene.set_joints(deep)
+    assert scene.data.ncon
+    track = run_closing(scene, controls_of(scene, 5.0, 30), opened=30)
+    assert np.linalg.norm(track.object_positions[-1] - track.start[:3]) > 1e-5
 
 
 def test_copy_leaves_the_original_alone(placed):

@@ -17,9 +17,9 @@ class Lift(Protocol):
 
     name: ClassVar[str] = "lift"
 
-    time_step: float = setting(0.004, "s", "Simulation step after the squeeze.", 1e-4, 0.005)
+    time_step: float = setting(0.003, "s", "Simulation step after the squeeze.", 1e-4, 0.005)
     decided_after: float | None = setting(
-        0.45,
+        0.42,
         "s",
         "Time from which a lift whose verdict stands may end: the palm's acceleration is past its peak.",
         0.1,
