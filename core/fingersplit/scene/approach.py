@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from fingersplit.errors import SceneError
 from fingersplit.numerals import read_floats
-from fingersplit.scene.entries import Document, Flag, Number, Record, Several, Text, Vector, entry
+from fingersplit.scene.entries import Document, Record, entry
+from fingersplit.scene.kinds import Flag, Number, Several, Text, Vector
 
 __all__ = ["Approach", "ApproachCone", "Retreat"]
 

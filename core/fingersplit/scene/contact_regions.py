@@ -9,7 +9,8 @@ from scipy.spatial import cKDTree
 
 from fingersplit.errors import SceneError
 from fingersplit.objects.model import ObjectModel
-from fingersplit.scene.entries import Choice, Document, Indices, Number, Points, Record, Several, Vector, entry
+from fingersplit.scene.entries import Document, Record, entry
+from fingersplit.scene.kinds import Choice, Indices, Number, Points, Several, Vector
 from fingersplit.scene.shapes import MAX_SIZE, Pose
 
 __all__ = ["ContactRegions", "Region"]

@@ -3,7 +3,8 @@
 from dataclasses import dataclass
 
 from fingersplit.errors import SceneError
-from fingersplit.scene.entries import Document, Number, Record, Several, Text, Vector, entry
+from fingersplit.scene.entries import Document, Record, entry
+from fingersplit.scene.kinds import Number, Several, Text, Vector
 from fingersplit.scene.shapes import MAX_SIZE, Pose, Primitive
 
 __all__ = ["AttachedBody", "EndEffector", "Reach"]

@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from fingersplit.errors import SceneError
 from fingersplit.hands.shapes_kernel import BOX, CAPSULE, CYLINDER, SPHERE
-from fingersplit.scene.entries import Choice, Document, Vector, entry
+from fingersplit.scene.entries import Document, entry
+from fingersplit.scene.kinds import Choice, Vector
 from fingersplit.transforms import pose_matrix, rotation_from_wxyz, wxyz_from_rotation
 
 __all__ = ["MAX_SIZE", "Pose", "Primitive"]

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fingersplit.scene.entries import Choice, Document, Record, Several, Text, Vector, entry
+from fingersplit.scene.entries import Document, Record, entry
+from fingersplit.scene.kinds import Choice, Several, Text, Vector
 
 __all__ = ["Task", "Wrench"]
 

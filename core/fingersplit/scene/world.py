@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 
 from fingersplit.errors import SceneError
 from fingersplit.objects.model import ObjectModel
-from fingersplit.scene.entries import Document, Flag, Kind, Number, Points, Record, Several, Text, Vector, entry
+from fingersplit.scene.entries import Document, Record, entry
+from fingersplit.scene.kinds import Flag, Kind, Number, Points, Several, Text, Vector
 from fingersplit.scene.shapes import MAX_SIZE, Pose, Primitive
 
 __all__ = ["MAX_OBSTACLES", "MAX_POINTS", "MAX_SUPPORTS", "Obstacle", "Scene", "SupportSurface", "Workspace"]
