@@ -2,7 +2,6 @@
 
 import hashlib
 import re
-import tempfile
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -11,6 +10,7 @@ from fingersplit.errors import HandError, UnknownHandError
 from fingersplit.hands.archive import unpack
 from fingersplit.hands.description import HandDescription, read_description
 from fingersplit.hands.public_hands import described_hands, find_public_hand
+from fingersplit.hands.scratch import scratch_folder
 
 __all__ = ["DESCRIPTION", "HandFiles", "find_hand", "find_models", "is_shipped", "shipped_hands"]
 
@@ -111,20 +111,9 @@ def _read_public(name: str, folder: str | None) -> HandFiles:
     return HandFiles(name, root, model, description, _digest(text, model, root))
 
 
-@cache
-def _scratch() -> Path:
-    """A folder for unpacked archives that lives as long as the process."""
-    return Path(_scratch_folder().name)
-
-
-@cache
-def _scratch_folder() -> "tempfile.TemporaryDirectory[str]":
-    return tempfile.TemporaryDirectory(prefix="fingersplit-hands-")
-
-
 def _unpacked(path: Path) -> Path:
     data = path.read_bytes()
-    folder = _scratch() / hashlib.sha256(data).hexdigest()
+    folder = scratch_folder() / hashlib.sha256(data).hexdigest()
     if not folder.is_dir():
         unpack(data, folder)
     return folder
