@@ -144,7 +144,7 @@ async def running(
             results=results,
             outcomes=OutcomeService(OutcomeStore(database), jobs, results),
             datasets=DatasetService(dataset_store, jobs, object_store, results, rounds.wake),
-            hands=HandService(hand_store, catalog, storage, pool, functions, settings),
+            hands=HandService(hand_store, catalog, storage, pool, functions, settings, usage),
             catalog=catalog,
             health=HealthService(job_store, pool, storage, notifier, metrics),
             access=Access(keys),

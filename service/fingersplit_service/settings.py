@@ -77,7 +77,8 @@ class ServiceSettings(BaseSettings):
         default=None, description="Most jobs of one owner accepted in a minute; by default any number."
     )
     max_stored_bytes: PositiveInt | None = Field(
-        default=None, description="Most that objects and results of one owner may take; by default any amount [bytes]."
+        default=None,
+        description="Most that objects, hands and results of one owner may take; by default any amount [bytes].",
     )
     max_cpu_s_per_day: PositiveFloat | None = Field(
         default=None, description="CPU time of workers that one owner may use in a day, UTC; by default any [s]."

@@ -1,5 +1,8 @@
 """What an owner uses, and what is refused beyond its limits."""
 
+import io
+import zipfile
+
 import anyio
 import pytest
 from conftest import PATIENCE
@@ -86,3 +89,16 @@ async def test_stored_bytes_are_limited_until_some_are_deleted(start, tmp_path):
         assert "delete" in refused.json()["detail"]
         assert (await api.http.delete(f"/v1/objects/{object_id}")).status_code == 204
         assert (await api.upload(api.cube(5), "c.off", unit="cm")).status_code == 201
+
+
+async def test_uploaded_hands_count_as_stored_bytes(start, tmp_path):
+    async with start(tmp_path, max_stored_bytes=10) as api:
+        content = io.BytesIO()
+        zipfile.ZipFile(content, "w").close()
+        files = {"file": ("hand.zip", content.getvalue())}
+        hand = (await api.http.post("/v1/hands", files=files)).json()["name"]
+        assert (await usage(api)).stored_bytes.used == len(content.getvalue())
+        refused = await api.http.post("/v1/hands", files=files)
+        assert (refused.status_code, refused.json()["type"]) == (429, REACHED)
+        assert (await api.http.delete(f"/v1/hands/{hand}")).status_code == 204
+        assert (await usage(api)).stored_bytes.used == 0

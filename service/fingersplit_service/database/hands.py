@@ -18,14 +18,15 @@ class HandStore(Store):
     """Hands by owner: the same files of two owners are two rows and one folder."""
 
     @accepting
-    def add(self, connection: sa.Connection, owner: str, info: HandInfo) -> bool:
-        """Keep a hand; False when its owner has it already."""
+    def add(self, connection: sa.Connection, owner: str, info: HandInfo, size: int) -> bool:
+        """Keep a hand whose file has ``size`` bytes; False when its owner has it already."""
         assert info.created_at is not None  # of an uploaded hand
         row = {
             "owner": owner,
             "id": info.name,
             "document": info.model_dump_json(),
             "created_at": info.created_at.timestamp(),
+            "bytes": size,
         }
         return insert_missing(connection, hands, row, ["owner", "id"])
 

@@ -6,7 +6,7 @@ import sqlalchemy as sa
 
 __all__ = ["HEAD", "SchemaTooNew", "schema_version", "upgrade_schema"]
 
-HEAD = "0009"
+HEAD = "0010"
 """The newest migration; a test holds it against ``migrations/versions``."""
 _UPGRADE_LOCK = 0x66696E68  # of PostgreSQL, held while one of several processes upgrades
 

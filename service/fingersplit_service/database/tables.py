@@ -177,6 +177,7 @@ hands = sa.Table(
     sa.Column("id", _Id, nullable=False),
     sa.Column("document", sa.Text, nullable=False, comment="HandInfo"),
     sa.Column("created_at", _Time, nullable=False),
+    sa.Column("bytes", sa.BigInteger, nullable=False, server_default="0", comment="size of its file"),
     sa.Index("ix_hands_owner_id", "owner", "id", unique=True),
     sa.Index("ix_hands_id", "id"),
 )

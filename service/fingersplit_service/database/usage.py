@@ -9,7 +9,7 @@ import sqlalchemy as sa
 from sqlalchemy.dialects import postgresql, sqlite
 
 from fingersplit_service.database.store import Store, reading, transaction
-from fingersplit_service.database.tables import QUEUED, jobs, objects, usage
+from fingersplit_service.database.tables import QUEUED, hands, jobs, objects, usage
 from fingersplit_service.settings import ServiceSettings
 
 __all__ = ["LimitReached", "Limits", "UsageStore", "Used", "count_jobs", "refuse_excess"]
@@ -45,7 +45,7 @@ class Limits:
 
     Attributes:
         jobs_per_minute: Jobs accepted in a minute of the clock.
-        stored_bytes: Objects and results together [bytes].
+        stored_bytes: Objects, uploaded hands and results together [bytes].
         cpu_s_per_day: CPU time of workers in a day, UTC [s].
     """
 
@@ -66,7 +66,7 @@ class Used:
     Attributes:
         queued_jobs: Jobs that wait.
         jobs_per_minute: Jobs accepted in this minute.
-        stored_bytes: Objects and results together [bytes].
+        stored_bytes: Objects, uploaded hands and results together [bytes].
         cpu_s_per_day: CPU time of workers today, UTC [s].
         minute_ends: When the minute ends [s since 1970].
         day_ends: When the day ends [s since 1970].
@@ -147,7 +147,8 @@ def refuse_excess(connection: sa.Connection, owner: str, limits: Limits, new_job
             )
     if limits.stored_bytes is not None and (kept := _stored(connection, owner)) >= limits.stored_bytes:
         raise LimitReached(
-            f"Your objects and results take {kept} bytes, and may take {limits.stored_bytes}; delete some first.",
+            f"Your objects, hands and results take {kept} bytes, and may take {limits.stored_bytes}; "
+            f"delete some first.",
             limits.stored_bytes,
             None,
         )
@@ -170,7 +171,7 @@ def _amount(connection: sa.Connection, owner: str, kind: str, start: int) -> flo
 
 def _stored(connection: sa.Connection, owner: str) -> int:
     total = 0
-    for column, table in ((objects.c.bytes, objects), (jobs.c.result_bytes, jobs)):
+    for column, table in ((objects.c.bytes, objects), (hands.c.bytes, hands), (jobs.c.result_bytes, jobs)):
         total += int(connection.execute(sa.select(sa.func.sum(column)).where(table.c.owner == owner)).scalar() or 0)
     return total
 

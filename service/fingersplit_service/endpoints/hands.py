@@ -25,6 +25,7 @@ _PROBLEMS = problem_answers(
     ProblemKind.GONE,
     ProblemKind.WORKER_FAILED,
 )
+_KEPT_PROBLEMS = _PROBLEMS | problem_answers(ProblemKind.LIMIT_REACHED)
 _KNOWN_ALREADY: dict[int | str, dict[str, Any]] = {
     200: {"model": HandDetail, "description": "The same files with the same description are here already."}
 }
@@ -52,7 +53,7 @@ async def list_hands(hands: Hands, principal: Reader) -> list[HandInfo]:
     status_code=201,
     summary="Upload a hand",
     dependencies=[Depends(ExactForm())],
-    responses=_KNOWN_ALREADY | _PROBLEMS,
+    responses=_KNOWN_ALREADY | _KEPT_PROBLEMS,
 )
 async def create_hand(
     hands: Hands,
@@ -84,7 +85,9 @@ async def get_hand(hands: Hands, principal: Reader, hand_id: HandId) -> HandDeta
     return await hands.get(principal.owner, hand_id)
 
 
-@router.post(_HAND + "/descriptions", status_code=201, summary="Correct a hand", responses=_KNOWN_ALREADY | _PROBLEMS)
+@router.post(
+    _HAND + "/descriptions", status_code=201, summary="Correct a hand", responses=_KNOWN_ALREADY | _KEPT_PROBLEMS
+)
 async def correct_hand(
     hands: Hands, principal: Planner, response: Response, hand_id: HandId, corrected: HandDescriptionCreate
 ) -> HandDetail:

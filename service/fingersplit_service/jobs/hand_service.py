@@ -14,6 +14,7 @@ from fingersplit_service.jobs.errors import InvalidField, InvalidFile, NotFound,
 from fingersplit_service.jobs.hand_catalog import HandCatalog
 from fingersplit_service.jobs.hand_work import HandTask, HandUpload, HandViewName
 from fingersplit_service.jobs.reading import read_file
+from fingersplit_service.jobs.usage import UsageService
 from fingersplit_service.jobs.worker_functions import WorkerFunctions
 from fingersplit_service.jobs.worker_pool import WorkerPool
 from fingersplit_service.settings import ServiceSettings
@@ -32,6 +33,7 @@ class HandService:
         pool: The workers that compile them.
         functions: What workers run.
         settings: Deadlines.
+        usage: What owners may.
     """
 
     def __init__(
@@ -42,9 +44,10 @@ class HandService:
         pool: WorkerPool,
         functions: WorkerFunctions,
         settings: ServiceSettings,
+        usage: UsageService,
     ) -> None:
         self._hands, self._catalog, self._storage = hands, catalog, storage
-        self._pool, self._functions, self._settings = pool, functions, settings
+        self._pool, self._functions, self._settings, self._usage = pool, functions, settings, usage
 
     async def all(self, owner: str) -> list[HandInfo]:
         """The shipped hands, then the owner's, newest first."""
@@ -56,6 +59,7 @@ class HandService:
 
         Raises:
             InvalidFile: The archive is refused, or holds no hand that can be planned with.
+            LimitReached: The owner has used what it may.
         """
         try:
             return await self._keep(owner, self._functions.add_hand, upload)
@@ -68,6 +72,7 @@ class HandService:
         Raises:
             NotFound: The owner has no such hand.
             InvalidField: With this description it is no hand that can be planned with.
+            LimitReached: The owner has used what it may.
         """
         await self._uploaded(owner, hand_id)
         try:
@@ -129,11 +134,13 @@ class HandService:
 
     async def _keep(self, owner: str, function: Any, *arguments: Any) -> tuple[HandDetail, bool]:
         """What a worker makes of files; the hand, and whether the owner had it not yet."""
+        await self._usage.admit(owner)
         deadline = self._settings.hand_deadline_s
         found = await read_file(self._pool, owner, deadline, function, self._storage, *arguments)
         info = HandInfo(origin="uploaded", created_at=datetime.now(UTC), **found)
-        fresh = await self._hands.add(owner, info)
-        if not await asyncio.to_thread(self._storage.exists, self._storage.hand(info.name)):
+        file = self._storage.hand(info.name)
+        fresh = await self._hands.add(owner, info, file.stat().st_size if file.exists() else 0)
+        if not await asyncio.to_thread(self._storage.exists, file):
             raise ResourceGone(f"The files of hand {info.name} were removed by clean-up; upload them again.")
         return await self.get(owner, info.name), fresh
 

@@ -22,5 +22,5 @@ class Usage(Document):
 
     queued_jobs: UsedAmount = Field(description="Jobs that wait.")
     jobs_per_minute: UsedAmount = Field(description="Jobs accepted in this minute of the clock.")
-    stored_bytes: UsedAmount = Field(description="Objects and results together [bytes].")
+    stored_bytes: UsedAmount = Field(description="Objects, uploaded hands and results together [bytes].")
     cpu_s_per_day: UsedAmount = Field(description="CPU time of workers in this day, UTC [s].")
