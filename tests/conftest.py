@@ -4,6 +4,7 @@ import os
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import hypothesis
 import pytest
@@ -18,19 +19,51 @@ hypothesis.settings.register_profile("reproducible", derandomize=True, deadline=
 hypothesis.settings.load_profile("reproducible")
 
 REPOSITORY = Path(__file__).parents[1]
+TESTS = REPOSITORY / "tests"
 
+TOGETHER = ("client", "browser")
+"""Folders whose files share a service, so that one process runs all of each."""
 
-LONG_FILES = (
-    *("bench/test_command", "service/test_cluster", "service/test_whole_service", "service/test_faults"),
-    *("browser/test_review", "browser/test_accessibility", "browser/test_grasp_view", "core/dataset/test_running"),
-    *("client/test_commands", "client/test_clients", "core/cli/test_stored_results", "service/test_contract"),
+LONG = (
+    *("client/", "browser/", "service/test_cluster", "service/test_whole_service", "service/test_contract"),
+    *("bench/test_command", "service/test_faults", "core/cli/test_stored_results", "core/execution/test_execution"),
+    *(
+        "docs/test_blocks",
+        "docs/test_site",
+        "service/test_attacks",
+        "core/hands/test_draft",
+        "core/dataset/test_running",
+    ),
+    *("service/test_follow_ups", "core/verification/test_pick", "packaging/test_extras", "core/cli/test_cli"),
 )
-"""Files that take half a minute and more; they come first, so that no worker is left alone with one in the end."""
+"""What takes longest; it comes first, so that no process is left alone with one of these in the end."""
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    first = {Path(__file__).parent / f"{name}.py": place for place, name in enumerate(LONG_FILES)}
-    items.sort(key=lambda item: first.get(item.path, len(first)))
+    starts = tuple(str(TESTS / name) for name in LONG)
+    items.sort(key=lambda item: next((n for n, start in enumerate(starts) if str(item.path).startswith(start)), 99))
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_auto_num_workers() -> int:
+    """Half as many processes again as there are cores: tests of services wait for other processes much of the time."""
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return cores + cores // 2
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
+    """Hand out files, and the folders of ``TOGETHER`` as a whole."""
+    if config.getoption("dist") != "loadfile":
+        return None
+    from xdist.scheduler import LoadFileScheduling
+
+    class Shared(LoadFileScheduling):
+        def _split_scope(self, nodeid: str) -> str:
+            _, folder, *_ = Path(nodeid.partition("::")[0]).parts
+            return folder if folder in TOGETHER else super()._split_scope(nodeid)
+
+    return Shared(config, log)
 
 
 def find_objects_folder() -> Path | None:

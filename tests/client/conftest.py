@@ -1,3 +1,4 @@
+import os
 from collections.abc import AsyncIterator, Iterator
 
 import pytest
@@ -9,6 +10,8 @@ from fingersplit_client import AsyncClient, Client, PlanResult
 from serving import serving, unused_port
 
 AnyClient = Client | AsyncClient
+NOT_BEHIND = {"FINGERSPLIT_VERIFY_FIRST": "false"}
+"""Only what is asked for is verified; that the service does it by itself is for its own tests."""
 
 
 @pytest.fixture(scope="session")
@@ -19,7 +22,7 @@ def anyio_backend() -> str:
 @pytest.fixture(scope="session")
 def service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
     """Address of a real service with the real planner, in a process of its own."""
-    with serving(tmp_path_factory.mktemp("data"), "--workers", 1) as url:
+    with serving(tmp_path_factory.mktemp("data"), "--workers", 1, environment=os.environ | NOT_BEHIND) as url:
         yield url
 
 
@@ -29,7 +32,7 @@ def app(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningApp]:
     from fingersplit_service.app import create_app
     from fingersplit_service.settings import ServiceSettings
 
-    settings = ServiceSettings(data_dir=tmp_path_factory.mktemp("app"), workers=1, spare_workers=0)
+    settings = ServiceSettings(data_dir=tmp_path_factory.mktemp("app"), workers=1, spare_workers=0, verify_first=False)
     with running_app(create_app(settings)) as running:
         yield running
 

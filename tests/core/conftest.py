@@ -134,7 +134,11 @@ class MuJoCoHand:
         reach = np.linalg.norm(triangles - centers[:, None], axis=2).max(axis=1)
         deepest = 0.0
         for name in self.collision_shapes:
-            near = triangles[self.geom_distance(name, centers) - reach < -deepest]
+            geom = self.model.geom(name)
+            place = self._rotation @ self.data.geom(name).xpos + self._position
+            around = np.linalg.norm(centers - place, axis=1) < reach + geom.rbound[0]
+            near = triangles[around]
+            near = near[self.geom_distance(name, centers[around]) - reach[around] < -deepest]
             if len(near):
                 deepest = max(deepest, self._deepest(name, near))
         return deepest

@@ -27,7 +27,8 @@ def wait_until(condition: Callable[[], bool], seconds: float = 180) -> None:
 @contextmanager
 def served(data_dir: Path, spare_workers: int = 1) -> Iterator[Client]:
     """A client of a service with one worker."""
-    environment = os.environ | {"FINGERSPLIT_SPARE_WORKERS": str(spare_workers), "FINGERSPLIT_KEEP_ORPHANS_S": "1"}
+    settings = {"SPARE_WORKERS": str(spare_workers), "KEEP_ORPHANS_S": "1", "VERIFY_FIRST": "false"}
+    environment = os.environ | {f"FINGERSPLIT_{name}": value for name, value in settings.items()}
     with serving(data_dir, "--workers", 1, environment=environment) as url, Client(url) as client:
         yield client
 

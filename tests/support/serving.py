@@ -19,13 +19,17 @@ START_WITHIN = 900
 
 @contextmanager
 def serving(data_dir: Path, *options: object, environment: Mapping[str, str] | None = None) -> Iterator[str]:
-    """The address of a service that is ready; one that ends while it starts is told with what it logged."""
+    """The address of a service that is ready; one that ends while it starts is told with what it logged.
+
+    It has no spare worker, unless the environment says so: to start one takes seconds.
+    """
     port = unused_port()
     program = Path(sys.executable).with_name("fingersplit")
     command = [program, "serve", "--port", str(port), "--data-dir", data_dir, *map(str, options)]
+    surroundings = {"FINGERSPLIT_SPARE_WORKERS": "0", **(environment or os.environ)}
     log = data_dir.with_name(f"{data_dir.name}-{port}.log")
     with log.open("w") as written:
-        process = subprocess.Popen(command, env=environment or os.environ, stdout=written, stderr=written)
+        process = subprocess.Popen(command, env=surroundings, stdout=written, stderr=written)
     url = f"http://127.0.0.1:{port}"
     try:
         _wait_until_ready(process, url, log)

@@ -73,7 +73,7 @@ def planned(folder):
     def make(case: str) -> tuple[str, dict]:
         if case not in documents:
             file, *options = CASES[case]
-            asked = ("--starts", 12, "--seed", 3, "--top-k", 3, "--verified", 3, "--initial")
+            asked = ("--starts", 12, "--seed", 3, "--top-k", 3, "--verified", 2, "--initial")
             written = ("--json", f"{case}.json", "--recording", f"{case}-planned.rrd")
             well("plan", file, *options, *asked, *written, cwd=folder)
             documents[case] = file, json.loads((folder / f"{case}.json").read_text())

@@ -91,19 +91,22 @@ def test_what_is_wrong_with_a_model_is_said(edit, said, tmp_path):
         draft_hand(tmp_path / "hand.xml", tmp_path)
 
 
-def test_joints_that_slide_are_held(tmp_path):
-    text = hand_mjcf().replace(
-        '<joint name="first_0"', '<joint name="rail" type="slide" range="0 0.01"/><joint name="first_0"'
-    )
-    (tmp_path / "hand.xml").write_text(text)
-    description, notes = draft_hand(tmp_path / "hand.xml", tmp_path)
+@pytest.fixture(scope="module")
+def sliding(tmp_path_factory):
+    """Description and notes of a hand that has a rail, too."""
+    folder, rail = tmp_path_factory.mktemp("sliding"), '<joint name="rail" type="slide" range="0 0.01"/>'
+    (folder / "hand.xml").write_text(hand_mjcf().replace('<joint name="first_0"', f'{rail}<joint name="first_0"'))
+    return draft_hand(folder / "hand.xml", folder)
+
+
+def test_joints_that_slide_are_held(sliding):
+    description, notes = sliding
     assert description.fixed == {"rail": 0.0}
     assert any(note.startswith("rail slides") for note in notes)
 
 
-def test_draft_is_read_back_as_it_was(tmp_path):
-    (tmp_path / "hand.xml").write_text(hand_mjcf())
-    description, notes = draft_hand(tmp_path / "hand.xml", tmp_path)
+def test_draft_is_read_back_as_it_was(sliding):
+    description, notes = sliding
     assert read_description(description_to_toml(description, notes), "draft") == description
 
 
