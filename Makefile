@@ -44,7 +44,7 @@ test: $(VENV)/.dev $(VENV)/.kernels $(VENV)/.viewer
 	$(PYTEST) -m "not campaign"
 
 test-all: $(VENV)/.dev $(VENV)/.kernels
-	$(BIN)/pytest -m campaign
+	$(PYTEST) -m campaign
 
 docs: $(VENV)/.dev
 	@$(BIN)/sphinx-build -q -W --keep-going -b html docs build/docs
