@@ -76,6 +76,7 @@ class MuJoCoHand:
         self.model = mujoco.MjModel.from_xml_path(str(path))
         self.data = mujoco.MjData(self.model)
         self._rotation, self._position = np.eye(3), np.zeros(3)
+        self._balls: tuple[NDArray[np.float64], ...] | None = None
 
     def move(self, joints: dict[str, float], wxyz: ArrayLike = (1, 0, 0, 0), position: ArrayLike = (0, 0, 0)) -> None:
         for name, angle in joints.items():
@@ -130,13 +131,16 @@ class MuJoCoHand:
 
         Distances to a convex shape are convex on a triangle, so a search that closes in on its best point finds it.
         """
-        centers = triangles.mean(axis=1)
-        reach = np.linalg.norm(triangles - centers[:, None], axis=2).max(axis=1)
+        if self._balls is None or self._balls[0] is not triangles:  # the same ones are asked for again and again
+            middles = triangles.mean(axis=1)
+            self._balls = triangles, middles, np.linalg.norm(triangles - middles[:, None], axis=2).max(axis=1)
+        _, centers, reach = self._balls
         deepest = 0.0
         for name in self.collision_shapes:
             geom = self.model.geom(name)
             place = self._rotation @ self.data.geom(name).xpos + self._position
-            around = np.linalg.norm(centers - place, axis=1) < reach + geom.rbound[0]
+            away = centers - place
+            around = np.einsum("ij,ij->i", away, away) < (reach + geom.rbound[0]) ** 2
             near = triangles[around]
             near = near[self.geom_distance(name, centers[around]) - reach[around] < -deepest]
             if len(near):
@@ -147,16 +151,20 @@ class MuJoCoHand:
         """Depth of the deepest point of triangles in one geom, by barycentric grids that halve about the best point."""
         steps = np.linspace(-1, 1, 9)
         offsets = np.stack(np.meshgrid(steps, steps, indexing="ij"), axis=-1).reshape(-1, 2)
-        places, width = np.full((len(triangles), 2), 1 / 3), 1.0
-        while width * np.linalg.norm(np.ptp(triangles, axis=1), axis=1).max() > 1e-6:
+        places, width, least = np.full((len(triangles), 2), 1 / 3), 1.0, np.inf
+        while width * (sizes := np.linalg.norm(np.ptp(triangles, axis=1), axis=1)).max(initial=0.0) > 1e-6:
             tried = np.clip(places[:, None] + width * offsets, 0, 1)  # (n, 81, 2)
             tried[:, :, 1] = np.minimum(tried[:, :, 1], 1 - tried[:, :, 0])
             weights = np.concatenate([tried, 1 - tried.sum(axis=2, keepdims=True)], axis=2)
             points = weights @ triangles  # (n, 81, 3)
             distances = self.geom_distance(name, points.reshape(-1, 3)).reshape(len(triangles), -1)
-            places = tried[np.arange(len(triangles)), distances.argmin(axis=1)]
+            places, nearest = tried[np.arange(len(triangles)), distances.argmin(axis=1)], distances.min(axis=1)
+            least = min(least, nearest.min())
+            # Further steps move a place by less than two widths of its triangle.
+            hopeful = nearest - 2 * width * sizes < min(least, 0.0)
+            triangles, places = triangles[hopeful], places[hopeful]
             width *= 0.5
-        return float(-distances.min())
+        return float(-least)
 
 
 def signed_distance(kind: int, size: ArrayLike, points: NDArray[np.float64]) -> NDArray[np.float64]:
