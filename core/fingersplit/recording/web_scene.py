@@ -89,6 +89,7 @@ def grasp_scene(replayed: ReplayedGrasp, model: ObjectModel, hand: Hand) -> dict
             "contacts": _short(trace.contacts[rows]),
             "normals": _short(trace.normals[rows], 3),
         },
+        "assumed": [contact.assumed for contact in grasp.contacts],
         "forces": [None if contact.force is None else _short(contact.force, 3) for contact in grasp.contacts],
         "pregrasp": None if pregrasp is None else _hand_pose(pregrasp),
     }

@@ -3,6 +3,7 @@
 import base64
 import gzip
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -102,6 +103,15 @@ def test_surroundings_stand_in_the_object_frame(scene):
     assert np.allclose(matrix(table["pose"])[:3, 2], up, atol=1e-4)
     apart = (matrix(crate["pose"]) - matrix(table["pose"]))[:3, 3] @ up
     assert apart == pytest.approx(0.05, abs=1e-4)
+
+
+def test_contacts_on_an_assumed_surface_are_marked(scene, model, barrett):
+    planned, document = scene
+    assert document["assumed"] == [False, False, False]
+    replayed = replay(planned, 1, model, barrett)
+    first, *others = replayed.grasp.contacts
+    guessed = replace(replayed.grasp, contacts=(replace(first, assumed=True), *others))
+    assert grasp_scene(replace(replayed, grasp=guessed), model, barrett)["assumed"] == [True, False, False]
 
 
 def test_a_scene_is_small(scene, barrett):

@@ -99,7 +99,7 @@ def _advice(report: dict[str, Any]) -> list[str]:
             f"Shapes fitted to meshes reach beyond them and keep the hand from objects there: {links}. Give the model "
             f"primitives on these links{more}."
         )
-    for number, grip in enumerate(report["grips"]):
+    for number, grip in enumerate(report["grips"], 1):
         advice += [f"Grip {number}: {text}" for text in _advice_of_grip(grip)]
     return advice
 
@@ -144,7 +144,7 @@ def report_lines(report: dict[str, Any]) -> list[str]:
     lines.append(
         f"{len(report['shapes'])} collision shapes; {worst['name']} reaches {1e3 * worst['overhang']:.1f} mm beyond"
     )
-    for number, grip in enumerate(report["grips"]):
+    for number, grip in enumerate(report["grips"], 1):
         lines += _grip_lines(number, grip)
         for trial in report.get("trial", []):
             if trial["jaws"] == grip["jaws"]:

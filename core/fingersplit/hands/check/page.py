@@ -32,9 +32,9 @@ def report_page(hand: Hand, report: dict[str, Any]) -> str:
     half = hand.model.joints_from_drivers((coupling.lower + coupling.upper) / 2)
     many = len(hand.grips) > 1
     drawings = [draw_posture("all drivers half-way", hand, half)]
-    for number, grip in enumerate(hand.grips):
+    for number, grip in enumerate(hand.grips, 1):
         where = f"grip {number}, " if many else ""
-        drawings += [draw_posture(f"{where}preshape {k}", grip, q) for k, q in enumerate(grip.gripper.preshapes)]
+        drawings += [draw_posture(f"{where}preshape {k}", grip, q) for k, q in enumerate(grip.gripper.preshapes, 1)]
     title = html.escape(report["title"])
     facts = (
         f"{len(report['joints'])} joints, {len(report['drivers'])} drivers, {len(report['shapes'])} collision shapes"
@@ -44,7 +44,7 @@ def report_page(hand: Hand, report: dict[str, Any]) -> str:
         "<h2>Postures</h2><p class='hint'>Left along the approach, right along the lateral axis. Circles are pads, "
         f"their lines the normals; light grey fingers are parked.</p><div class='figures'>{''.join(drawings)}</div>",
         _drivers(report),
-        *(_grip(number, grip, report.get("trial", []), many) for number, grip in enumerate(report["grips"])),
+        *(_grip(number, grip, report.get("trial", []), many) for number, grip in enumerate(report["grips"], 1)),
         _shapes(report),
         _list("Notes", report["notes"]) if report["notes"] else "",
     ]

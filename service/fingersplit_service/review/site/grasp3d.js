@@ -8,6 +8,7 @@ import { SOLID, Veils } from "./veils.js";
 const CONE = 0.018; // height of the drawn friction cones [m]
 const LONGEST = 0.06; // arrow of the largest force [m]
 const DOT = 0.003; // radius of a contact [m]
+export const ASSUMED = "#c23fd1"; // of a contact where the surface was not seen
 const STEPS = { approach: 18, closing: 10 };
 
 export class Grasp3d {
@@ -52,6 +53,7 @@ export class Grasp3d {
       contacts: states.contacts[t],
       normals: states.normals[t],
       forces: t === states.palm.length - 1 ? document.forces : null,
+      assumed: t === states.palm.length - 1 ? document.assumed : null,
       said: `Q ${states.quality[t].toPrecision(4)}`,
     }));
     if (!pregrasp) return frames;
@@ -152,6 +154,7 @@ export class Grasp3d {
       const contact = frame.contacts?.[finger];
       const force = forces[finger];
       const size = force ? (LONGEST * force.length()) / this.strongest : 0;
+      marks.dot.material.color.set(frame.assumed?.[finger] ? ASSUMED : this.document.fingers[finger].color);
       marks.dot.visible = Boolean(contact) && (!frame.object || size > 0);
       marks.cone.visible = Boolean(contact && frame.normals && this.wanted.cones);
       marks.arrow.visible = this.wanted.forces && size > 1e-4;

@@ -23,7 +23,7 @@ function draw(hand) {
     card("What to change", {}, advice(hand.report)),
     card("Trial", {}, trial(hand)),
     card("Joints and drivers", {}, drivers(hand.report)),
-    ...(hand.report.grips ?? []).map((grip, index) => card(`Grip ${index}`, {}, gripFacts(grip))),
+    ...(hand.report.grips ?? []).map((grip, index) => card(`Grip ${index + 1}`, {}, gripFacts(grip))),
     card("Description", { wide: true }, correction(hand, own)),
   );
   show(find("#hand"));

@@ -180,8 +180,11 @@ function graspDetails(job, grasp) {
     more(
       "Contacts",
       table(
-        ["Finger", "Position, mm", "Gap, mm", "Pad angle, rad", "Force, N"],
-        grasp.contacts.map((contact) => [contact.finger, millimetres(contact.position), fixed(1000 * contact.residual, 3), contact.pad_angle.toFixed(3), contact.force ? number(Math.hypot(...contact.force)) : "–"]),
+        ["Finger", "Position, mm", "Gap, mm", "Pad angle, rad", "Force, N", "Surface"].slice(0, grasp.contacts.some((contact) => contact.assumed) ? 6 : 5),
+        grasp.contacts.map((contact) => [
+          ...[contact.finger, millimetres(contact.position), fixed(1000 * contact.residual, 3), contact.pad_angle.toFixed(3), contact.force ? number(Math.hypot(...contact.force)) : "–"],
+          ...(grasp.contacts.some((one) => one.assumed) ? [contact.assumed ? "assumed" : "seen"] : []),
+        ]),
       ),
     ),
   ];

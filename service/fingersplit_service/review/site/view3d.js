@@ -2,7 +2,7 @@
 
 import * as api from "./api.js";
 import { h } from "./dom.js";
-import { Grasp3d } from "./grasp3d.js";
+import { ASSUMED, Grasp3d } from "./grasp3d.js";
 import { three } from "./three.js";
 
 const FRAME = 90; // [ms] while it plays
@@ -138,7 +138,15 @@ function controls(grasp, document, job, rank) {
   const toggles = TOGGLES.filter(([name]) => name !== "pregrasp" || document.pregrasp).map(([name, label, checked]) =>
     h("label", { class: "check" }, h("input", { type: "checkbox", name, checked, on: { change: (event) => grasp.want(name, event.target.checked) } }), label),
   );
-  return h("div", { class: "controls" }, h("div", { class: "moments" }, play, h("div", { class: "track" }, slider, band)), said, h("div", { class: "toggles" }, toggles));
+  return h("div", { class: "controls" }, h("div", { class: "moments" }, play, h("div", { class: "track" }, slider, band)), said, h("div", { class: "toggles" }, toggles), ...assumedKey(document));
+}
+
+// What the colour of a contact says where the surface was not seen.
+function assumedKey({ assumed }) {
+  if (!assumed.some(Boolean)) return [];
+  const swatch = h("span", { class: "swatch" });
+  swatch.style.background = ASSUMED;
+  return [h("ul", { class: "legend" }, h("li", {}, swatch, "Contact where the surface is assumed, not seen"))];
 }
 
 // The phases as stripes below the slider, coloured as in the paper.
