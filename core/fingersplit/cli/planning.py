@@ -214,7 +214,7 @@ def plan(
     console = output.console
     if imported is not None:
         console.print(imported.message, highlight=False)
-    for remark in () if model.report is None else model.report.remarks:
+    for remark in model.remarks:
         console.print(f"{file.name}: {remark}", highlight=False, markup=False)
     console.print(result_table(result))
     for line in _legend(result):

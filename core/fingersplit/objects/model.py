@@ -24,6 +24,9 @@ from fingersplit.objects.triangle_grid import TriangleGrid
 
 __all__ = ["ObjectModel", "object_id"]
 
+SURELY_SEEN = 0.75
+"""Share of its closed surface that points show, below which the volume of a cloud's object may be wrong by far."""
+
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class ObjectModel:
@@ -83,6 +86,19 @@ class ObjectModel:
     def inertia(self) -> NDArray[np.float64]:
         """Inertia about the centre of mass along the object's axes, (3, 3) [kg m^2]."""
         return self.mass_properties.inertia
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What a user may not expect of it, in sentences: of its file, and of what a cloud leaves open."""
+        of_file = () if self.report is None else tuple(self.report.remarks)
+        if self.assumed or self.seen >= SURELY_SEEN:
+            return of_file
+        volume = f"{1e6 * self.mass_properties.volume:.3g} cm^3"
+        return *of_file, (
+            f"Only {self.seen:.0%} of the object's surface surely runs through the cloud's points; the rest, where "
+            f"these are missing, few or noisy, was closed over. Its volume ({volume}), mass and centre of mass are "
+            "uncertain, and what is thin or hollow may have been filled."
+        )
 
     @property
     def assumed(self) -> float:

@@ -157,6 +157,7 @@ def _object(model: ObjectModel) -> PlannedObject:
         sample_spacing=model.surface.spacing,
         seen=model.seen,
         assumed=model.assumed,
+        remarks=model.remarks,
     )
 
 

@@ -55,6 +55,9 @@ class PlannedObject:
     assumed: float = described(
         "Share of the surface for contacts that was not seen but assumed: 0 for a mesh", default=0.0
     )
+    remarks: tuple[str, ...] = described(
+        "What may not be expected of it, in sentences: of its file, and of what a point cloud leaves open", default=()
+    )
 
 
 @dataclass(frozen=True)

@@ -184,7 +184,8 @@ def _field(part: "Field[Any]", hint: Any) -> str:
     about = part.metadata
     arguments = []
     if part.default is not MISSING:
-        arguments.append(f"default={part.default!r}".replace("'", '"'))
+        default = [] if part.default == () else part.default
+        arguments.append(f"default={default!r}".replace("'", '"'))
     meaning, semicolon, exception = about["doc"].removesuffix(".").partition("; ")
     unit = f" [{about['unit']}]" if about["unit"] not in ("", "1") else ""
     arguments.append(f'description="{meaning}{unit}{semicolon}{exception}."')

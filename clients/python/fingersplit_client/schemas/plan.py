@@ -353,6 +353,10 @@ class PlannedObject(Document):
     assumed: float = Field(
         default=0.0, description="Share of the surface for contacts that was not seen but assumed: 0 for a mesh."
     )
+    remarks: list[str] = Field(
+        default=[],
+        description="What may not be expected of it, in sentences: of its file, and of what a point cloud leaves open.",
+    )
 
 
 class Provenance(Document):

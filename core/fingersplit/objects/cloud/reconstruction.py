@@ -180,7 +180,9 @@ def _drawn_onto_points(mesh: Mesh, oriented: OrientedPoints, reach: float) -> tu
     distances, nearby = cKDTree(oriented.points).query(vertices, 24)
     facing = np.einsum("ijk,ik->ij", oriented.normals[nearby], normals)
     weights = np.exp(-2 * (distances / reach) ** 2) * np.clip(facing, 0.0, 1.0) * oriented.areas[nearby]
-    heights = np.einsum("ijk,ik->ij", oriented.points[nearby] - vertices[:, None], normals)
+    # On a curved surface points lie below the vertex's plane, and the vertex as much below theirs.
+    between = 0.5 * (normals[:, None] + oriented.normals[nearby])
+    heights = np.einsum("ijk,ijk->ij", oriented.points[nearby] - vertices[:, None], between)
     total = weights.sum(axis=1)
     near = (distances[:, 0] < reach) & (facing[:, 0] > 0.3) & (total > 0)
     shift = np.where(near, (weights * heights).sum(axis=1) / np.where(total > 0, total, 1.0), 0.0)

@@ -81,6 +81,29 @@ def test_cloud_from_all_around_is_the_object(exact_mesh, name):
     assert np.percentile(distances, 95) < 1.2e-3
 
 
+@pytest.mark.parametrize("name", ["sphere", "bottle", "l_bracket", "box"])
+@pytest.mark.parametrize(("count", "noise"), [(400, 0.0), (1_000, 1e-3)])
+def test_few_points_enclose_the_volume_of_the_object(name, count, noise):
+    mesh = PARAMETRIC_OBJECTS[name]()
+    closed = close_cloud(all_around(mesh, noise, count)).closed
+    assert closed.volume == pytest.approx(mesh.volume, rel=0.04)
+
+
+def test_clouds_that_leave_the_volume_open_are_said_to(barrett):
+    wall = trimesh.creation.annulus(0.03, 0.0315, 0.09)
+    points, _ = scatter(Mesh(np.asarray(wall.vertices), np.asarray(wall.faces)), 1_000, np.random.default_rng(1))
+    points += np.random.default_rng(2).normal(scale=1e-3, size=points.shape)  # of its two sides, 1.5 mm apart
+    model = prepare_object(PointCloud(points))
+
+    assert model.seen < 0.75
+    (remark,) = model.remarks
+    assert f"{model.seen:.0%}" in remark
+    assert "hollow may have been filled" in remark
+    assert plan(model, barrett, starts=1).object.remarks == model.remarks
+    assert prepare_object(all_around(PARAMETRIC_OBJECTS["sphere"](), count=1_000)).remarks == ()
+    assert prepare_object(PARAMETRIC_OBJECTS["mug"]()).remarks == ()
+
+
 def test_own_normals_are_believed():
     mesh = PARAMETRIC_OBJECTS["sphere"]()
     points, faces = scatter(mesh, 5_000, np.random.default_rng(0))
