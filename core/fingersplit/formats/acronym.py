@@ -34,10 +34,6 @@ def poses_with_outcome(
     poses: NDArray[np.float64], held: NDArray[np.float64], gripper: object, scale: object, request: Request
 ) -> JawPoses:
     """Grippers that close along x and held or dropped the object, as ACRONYM and GraspGen list them."""
-    hint = ""
-    factor = one_scale(scale, "object scale")
-    if factor != 1.0:
-        hint = f"The grasps belong to the mesh times the file's object scale: give the mesh a scale of {factor}."
     return JawPoses.of_gripper(
         gripper_of(gripper, request.gripper) or GRIPPERS["panda"],
         poses,
@@ -45,7 +41,7 @@ def poses_with_outcome(
         closing=0,
         opening=OPENING,
         scale=request.scale,
-        hint=hint,
+        object_scale=one_scale(scale, "object scale"),
     )
 
 

@@ -20,7 +20,7 @@ def check_count(count: int) -> None:
         FormatError: Such a file.
     """
     if not 1 <= count <= MAX_GRASPS:
-        raise FormatError(f"The file lists {count} grasps; allowed: 1 to {MAX_GRASPS}.")
+        raise FormatError(f"The file lists {count:,} grasps; allowed: 1 to {MAX_GRASPS:,}.")
 
 
 def numbers(value: object, name: str, shape: tuple[int | None, ...]) -> NDArray[np.float64]:
@@ -67,6 +67,8 @@ def transforms(value: object, name: str) -> NDArray[np.float64]:
     Raises:
         FormatError: They are none, or too many.
     """
+    if np.size(np.asarray(value, dtype=object)) == 0:
+        check_count(0)
     poses = numbers(value, name, (None, 4, 4))
     check_count(len(poses))
     gram = np.swapaxes(poses[:, :3, :3], 1, 2) @ poses[:, :3, :3]

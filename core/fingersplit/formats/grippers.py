@@ -78,6 +78,7 @@ class JawPoses:
         pads: Lateral width of the pads and their length along the approach, (n, 2) [m].
         scores: Larger is better, (n,); below zero for a grasp that is known to fail.
         hint: What to check when no jaw meets the object, a sentence.
+        object_scale: What the mesh has to be multiplied by for the grasps to be of it.
     """
 
     centers: NDArray[np.float64]
@@ -87,6 +88,7 @@ class JawPoses:
     pads: NDArray[np.float64]
     scores: NDArray[np.float64]
     hint: str = ""
+    object_scale: float = 1.0
 
     @classmethod
     def of_gripper(
@@ -99,6 +101,7 @@ class JawPoses:
         opening: float | None = None,
         scale: float = 1.0,
         hint: str = "",
+        object_scale: float = 1.0,
     ) -> Self:
         """Grippers at poses (n, 4, 4) whose jaws close along column ``closing`` of their frame.
 
@@ -110,6 +113,7 @@ class JawPoses:
             opening: Distance of the open pads [m]; None for the gripper's.
             scale: Factor from the file's lengths to metres.
             hint: As the attribute.
+            object_scale: As the attribute.
         """
         count, rotations = len(object_from_gripper), object_from_gripper[:, :3, :3]
         return cls(
@@ -120,4 +124,5 @@ class JawPoses:
             pads=np.tile(gripper.pads, (count, 1)),
             scores=scores,
             hint=hint,
+            object_scale=object_scale,
         )

@@ -1,5 +1,6 @@
 """From a file of any known format to parallel grasps on the object, or to grasps of a hand."""
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -131,7 +132,12 @@ def _closed(path: Path, chosen: FileFormat, model: ObjectModel, poses: JawPoses)
         sides = ", ".join(f"{1e3 * side:.0f}" for side in model.mesh.extents)
         refusal = f"{path}: none of {len(order)} grasps closes on the object, whose sides are {sides} mm."
         away = float(np.median(np.linalg.norm(centers - model.center_of_mass, axis=1)))
-        if away > FAR * float(model.mesh.extents.max()) and "scale" not in poses.hint:
+        given, wanted = model.source.scale, poses.object_scale
+        if wanted != 1.0:
+            refusal += " The grasps belong to the mesh times the file's object scale: "
+            scaled = math.isclose(given, wanted, rel_tol=1e-3)
+            refusal += f"{wanted}, which it was given." if scaled else f"give the mesh a scale of {wanted}."
+        elif away > FAR * float(model.mesh.extents.max()) and "scale" not in poses.hint:
             refusal += f" They stand {away:.3g} m from its middle: their lengths, or the mesh, may need a scale."
         raise FormatError(f"{refusal} {poses.hint}".rstrip())
     grasps = ParallelGrasps(contacts[touched], approaches[touched])

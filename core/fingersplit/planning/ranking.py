@@ -33,6 +33,8 @@ SAME_POSITION, SAME_ROTATION = 5e-3, 0.1
 """Palms nearer than this are one grasp, of which the better stays [m], [rad]."""
 MAX_LACKS = 2
 """Violations that are told of the run that lacks least."""
+TELLING = 12
+"""Runs that tell of a hand's least width; fewer may all end elsewhere."""
 BESIDE = 0.9
 """Distance of two pads on one side of a hand, in largest extents of an object, from which on they reach beside it."""
 
@@ -281,7 +283,7 @@ def _too_small(runs: Sequence[Run], hand: Hand, model: ObjectModel) -> str:
         return ""
     nearest = min(float(np.linalg.norm(run.last.pads[i] - run.last.pads[j])) for run in runs for i, j in pairs)
     size = float(model.mesh.extents.max())
-    if nearest < BESIDE * size:
+    if nearest < BESIDE * size or len(runs) < TELLING:
         return ""
     return (
         f"The object is {1e3 * size:.2g} mm in its largest extent, and pads on one side of this hand stayed "

@@ -54,7 +54,7 @@ class ApproachCone(Document):
         except ValueError:
             raise SceneError("approach", f"{angle!r} is no angle in degrees; write {name}:35, for example.") from None
         if not 0.6 <= degrees <= 180.0:
-            raise SceneError("approach", f"the angle is {angle} degrees; allowed: 0.6 to 180.")
+            raise SceneError("approach", f"has the angle {angle}; allowed: 0.6 to 180 degrees.")
         return cls(DIRECTIONS[name], degrees * pi / 180.0)
 
 

@@ -9,7 +9,9 @@ import yaml
 from fingersplit.errors import FormatError, SettingsError
 from fingersplit.formats import import_parallel_grasps
 from fingersplit.objects.mesh import Mesh
+from fingersplit.objects.parametric import box
 from fingersplit.objects.preparing import prepare_object
+from fingersplit.objects.source import ObjectSource
 
 DEPTH = 0.103  # from the Panda's hand frame to the middle of its pads
 ABOVE = {"position": [0.0, 0.0, DEPTH], "orientation": {"w": 0.0, "xyz": [1.0, 0.0, 0.0]}}
@@ -172,3 +174,14 @@ def test_byte_order_marks_are_skipped(prepared, tmp_path):
     for path in (graspgen(tmp_path), isaac(tmp_path)):
         path.write_bytes(b"\xef\xbb\xbf" + path.read_bytes())
         assert len(import_parallel_grasps(path, prepared("box")).grasps) == 1
+
+
+def test_a_mesh_that_has_the_files_scale_is_not_asked_for_it_again(tmp_path):
+    far = np.eye(4) + np.array([[0, 0, 0, 1.0]] + [[0, 0, 0, 0]] * 3)
+    file = tmp_path / "far.json"
+    listed = {"transforms": [far.tolist()], "object_in_gripper": [True]}
+    document = {"object": {"scale": 0.25}, "gripper": {"name": "franka_panda"}, "grasps": listed}
+    file.write_text(json.dumps(document))
+    model = prepare_object(box((0.04, 0.03, 0.02)), source=ObjectSource("m", 0.25))
+    with pytest.raises(FormatError, match=r"object scale: 0.25, which it was given\."):
+        import_parallel_grasps(file, model)

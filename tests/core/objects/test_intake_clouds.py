@@ -196,6 +196,7 @@ PACKED_AT = PACKED.index(b"binary_compressed\n") + len(b"binary_compressed\n")
         (cloud("npz", cloud_points() * 1000), "npz", "too_large", "may be 'mm'"),
         (cloud("npz", cloud_points() / 1000), "npz", "too_small", "no known unit|may be"),
         (cloud("npz"), "xyz", "unknown_format", "stl, obj, ply, off, glb, pcd, npz"),
+        (cloud("npz"), "", "unknown_format", "has no suffix, .* stl, obj"),
     ],
 )  # fmt: skip
 def test_refusals_say_what_is_wrong(data, file_type, code, words):

@@ -95,7 +95,7 @@ def test_every_published_broken_file_is_covered():
         (stl(np.ones((3, 3, 3)), 2), "stl", "count_mismatch", "counts 2 triangles, but 50 bytes follow"),
         (stl(np.ones((0, 3, 3))), "stl", "no_faces", "no face"),
         (b"\0" * 60, "stl", "truncated", "84 bytes"),
-        (ball("stl_ascii")[:-400], "stl", "truncated", "finished facets and .* 'vertex' lines"),
+        (ball("stl_ascii")[:-400], "stl", "truncated", "end and there are .* 'vertex' lines"),
         (SIGNALLING_NAN_STL, "stl", "non_finite", "1 of 9 vertices .* number 1 with"),
         (ball("stl_ascii").replace(b"endsolid", b""), "stl", "truncated", "endsolid"),
         (ball("stl_ascii").replace(b"vertex", b"vertex x", 1), "stl", "malformed", "Line 4 has .x., which is"),

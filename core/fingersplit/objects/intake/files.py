@@ -52,6 +52,11 @@ def read_bytes(
     """
     source = source or ObjectSource()
     name = file_type.lower().removeprefix(".")
+    if not name:
+        raise ObjectFileError(
+            "unknown_format",
+            f"The file's name has no suffix, which tells its format; known formats: {', '.join(FORMATS)}.",
+        )
     if name not in FORMATS:
         raise ObjectFileError("unknown_format", f"Unknown format {file_type!r}; known formats: {', '.join(FORMATS)}.")
     data = checked_content(data, name)

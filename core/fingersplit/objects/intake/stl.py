@@ -61,8 +61,11 @@ def _parse_text(text: bytes) -> NDArray[np.float64]:
     matches = list(_VERTEX.finditer(text))
     finished = len(re.findall(rb"^[ \t]*endfacet\b", text, re.MULTILINE))
     if finished < facets or len(matches) != 3 * facets:
-        present = f"{finished:,} finished facets and {len(matches):,} 'vertex' lines"
-        raise truncated(f"{facets:,} facets of three vertices", present)
+        raise ObjectFileError(
+            "truncated",
+            f"{facets:,} facets begin, but {finished:,} end and there are {len(matches):,} 'vertex' lines, not three "
+            "to a facet: the file is cut off or damaged. Copy or export it again.",
+        )
     if b"endsolid" not in text:
         raise ObjectFileError(
             "truncated", f"'endsolid' is missing after {facets:,} whole facets: the file may be cut off. Copy it again."
