@@ -218,6 +218,7 @@ def doctor(data_dir: DataDirectory = None) -> None:
 def _settings(**options: Any) -> "ServiceSettings":
     """The settings; ends the program with a sentence for each that is not valid."""
     from pydantic import ValidationError
+    from pydantic_settings import SettingsError
 
     from fingersplit_service.settings import ServiceSettings
 
@@ -227,6 +228,10 @@ def _settings(**options: Any) -> "ServiceSettings":
         for one in error.errors():
             where = " ".join(f"{part}:" for part in one["loc"])
             typer.echo(f"{where} {one['msg'].removeprefix('Value error, ')}".lstrip(), err=True)
+        raise typer.Exit(_BAD_INPUT) from None
+    except SettingsError as error:  # a list out of the environment
+        name = str(error).partition('field "')[2].partition('"')[0]
+        typer.echo(f'{name}: It must be a JSON list in the environment, such as ["a", "b"].', err=True)
         raise typer.Exit(_BAD_INPUT) from None
 
 

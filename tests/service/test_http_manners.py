@@ -46,11 +46,24 @@ async def test_an_empty_form_field_is_no_default(api, cube, name):
 
 
 @pytest.mark.parametrize(
+    ("name", "value"),
+    [("scale", "4_0"), ("scale", "inf"), ("mass", "0_1"), ("viewpoint", "1_0,0,0"), ("support", "٣,0,0,1")],
+)
+async def test_numbers_of_forms_are_plain_and_finite(api, cube, name, value):
+    response = await api.upload(cube, "cube.off", unit="cm", **{name: value})
+    assert refusal(response, 422, "invalid-request").errors[0].field == f"/{name}"
+    named = await api.upload(cube, "cube.off", unit="cm", name="4_0")
+    assert named.is_success
+    assert named.json()["name"] == "4_0"
+
+
+@pytest.mark.parametrize(
     ("query", "field", "words"),
     [
         ("stat=failed", "stat", "Did you mean 'state'?"),
         ("limit=1&limit=2", "limit", "came 2 times"),
         ("pretty=1", "pretty", "known: "),
+        ("limit=1_0", "limit", "must be a number"),
     ],
 )
 async def test_query_parameters_are_exact_too(api, query, field, words):

@@ -3,8 +3,10 @@ import sys
 from pathlib import Path
 
 import pytest
+import typer
 from pydantic import ValidationError
 
+from fingersplit_service.cli import doctor
 from fingersplit_service.settings import ServiceSettings, is_loopback, settings_table
 
 
@@ -86,3 +88,11 @@ def test_the_command_refuses_in_a_sentence(service_environment, tmp_path):
     assert ended.returncode == 2
     assert ended.stderr.startswith("Refusing to listen on 0.0.0.0: without API keys")
     assert "Traceback" not in ended.stderr
+
+
+def test_a_list_of_the_environment_that_is_none_is_told(service_environment, capsys, tmp_path):
+    service_environment.setenv("FINGERSPLIT_CORS_ORIGINS", "https://cell.example")
+    with pytest.raises(typer.Exit) as ended:
+        doctor(data_dir=tmp_path)
+    assert ended.value.exit_code == 2
+    assert capsys.readouterr().err.startswith("cors_origins: It must be a JSON list")

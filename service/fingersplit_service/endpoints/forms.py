@@ -1,6 +1,7 @@
 """Forms and queries hold what they may hold, each field once: a misspelt unit must not become metres."""
 
 import difflib
+import json
 from collections.abc import Iterable, Iterator
 from email.errors import HeaderParseError
 from email.header import decode_header, make_header
@@ -18,7 +19,7 @@ __all__ = ["ExactForm", "exact_query", "file_name"]
 
 
 class ExactForm:
-    """A dependency that refuses unknown and repeated fields of a form.
+    """A dependency that refuses unknown and repeated fields of a form, and numbers with underscores.
 
     Args:
         fields: The fields that there are; by default those of the endpoint's parameters.
@@ -32,7 +33,7 @@ class ExactForm:
         """Look at a request's form.
 
         Raises:
-            ProblemError: A field is unknown, or came twice.
+            ProblemError: A field is unknown, or came twice, or a number is none.
         """
         media_type = request.headers.get("content-type", "").partition(";")[0].strip().lower()
         if media_type != "multipart/form-data":
@@ -50,16 +51,18 @@ class ExactForm:
             if value == "" and name not in _MAY_BE_EMPTY:  # a default instead would turn a lost unit into metres
                 detail = f"The field {name!r} is empty; give it a value or leave it out."
                 raise ProblemError(ProblemKind.INVALID_REQUEST, detail, field=f"/{name}")
+            if isinstance(value, str) and "_" in value and name in _numbers_of_form(request):
+                raise _no_number(value, f"/{name}")
 
 
 _MAY_BE_EMPTY = ("name",)
 
 
 async def exact_query(request: Request) -> None:
-    """A dependency that refuses unknown and repeated query parameters.
+    """A dependency that refuses unknown and repeated query parameters, and numbers with underscores.
 
     Raises:
-        ProblemError: A parameter is unknown, or came twice.
+        ProblemError: A parameter is unknown, or came twice, or a number is none.
     """
     names = [name for name, _ in request.query_params.multi_items()]
     if not names:
@@ -67,6 +70,9 @@ async def exact_query(request: Request) -> None:
     known = {field.alias: field for field in _query_fields(request.scope["route"].dependant)}
     lists = [alias for alias, field in known.items() if _takes_list(field.field_info.annotation)]
     _check_names("query parameter", names, known, lists)
+    for name, value in request.query_params.multi_items():
+        if "_" in value and _takes_number(known[name].field_info.annotation):
+            raise _no_number(value, name)
 
 
 def _check_names(what: str, names: list[str], known: Iterable[str], repeated: Iterable[str], prefix: str = "") -> None:
@@ -87,6 +93,16 @@ def _takes_list(annotation: Any) -> bool:
     return any(get_origin(each) is list for each in (annotation, *get_args(annotation)))
 
 
+def _takes_number(annotation: Any) -> bool:
+    return annotation in (int, float) or any(map(_takes_number, get_args(annotation)))
+
+
+def _no_number(value: str, field: str) -> ProblemError:
+    """Pydantic takes ``4_0`` for 40, as Python does."""
+    detail = f"{field}: It must be a number. It is {json.dumps(value)}."
+    return ProblemError(ProblemKind.INVALID_REQUEST, detail, field=field)
+
+
 def _query_fields(dependant: Dependant) -> Iterator[Any]:
     """The query parameters of an endpoint and of what it depends on."""
     yield from dependant.query_params
@@ -98,6 +114,12 @@ def _form_fields(request: Request) -> list[str]:
     """The form fields that the endpoint of a request declares, as they are called in forms."""
     fields = request.scope["route"].body_field.field_info.annotation.model_fields
     return [field.alias or name for name, field in fields.items()]
+
+
+def _numbers_of_form(request: Request) -> set[str]:
+    """Those of them that are numbers."""
+    fields = request.scope["route"].body_field.field_info.annotation.model_fields
+    return {field.alias or name for name, field in fields.items() if _takes_number(field.annotation)}
 
 
 def file_name(file: UploadFile) -> str:

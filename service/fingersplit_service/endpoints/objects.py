@@ -129,7 +129,9 @@ async def upload_object(
     viewpoint: Annotated[Vector3 | None, Depends(viewpoint_of)],
     support: Annotated[tuple[float, float, float, float] | None, Depends(support_of)],
     unit: Annotated[Unit, Form(description="Length unit of the file.")] = "m",
-    scale: Annotated[float, Form(description="Multiplies the file's numbers, beside the unit.", gt=0)] = 1.0,
+    scale: Annotated[
+        float, Form(description="Multiplies the file's numbers, beside the unit.", gt=0, allow_inf_nan=False)
+    ] = 1.0,
     name: Annotated[
         str, Form(description="Name for people; by default that of the file.", max_length=200, pattern=PRINTABLE)
     ] = "",
