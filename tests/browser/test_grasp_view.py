@@ -98,6 +98,22 @@ def test_a_wall_is_faded_only_while_it_hides_the_grasp(visit, cornered):
     assert drawn(page).locator("canvas").evaluate(FADED_AROUND) == ["0", "1"]  # never the table, seen from above
 
 
+@pytest.mark.parametrize("assumed", [None, [False, True, False]])
+def test_contacts_on_an_assumed_surface_are_explained(visit, cornered, assumed):
+    """As a scene says it that was kept by an older version, and one of a completed cloud."""
+    page = visit("/review")
+
+    def changed(route):
+        answer = route.fetch()
+        scene = answer.json()
+        del scene["assumed"]
+        route.fulfill(response=answer, json=scene if assumed is None else scene | {"assumed": assumed})
+
+    page.route(re.compile(rf"/v1/jobs/{cornered}/grasps/\d+/scene$"), changed)
+    page.goto(f"/review/runs/{cornered}")
+    expect(drawn(page).get_by_text("Contact where the surface is assumed")).to_have_count(0 if assumed is None else 1)
+
+
 def test_a_grasp_has_an_address(visit, cornered):
     page = visit(f"/review/runs/{cornered}?grasp=3")
     drawn(page)

@@ -53,7 +53,7 @@ export class Grasp3d {
       contacts: states.contacts[t],
       normals: states.normals[t],
       forces: t === states.palm.length - 1 ? document.forces : null,
-      assumed: t === states.palm.length - 1 ? document.assumed : null,
+      assumed: t === states.palm.length - 1 ? document.assumed : null, // none in scenes of older versions
       said: `Q ${states.quality[t].toPrecision(4)}`,
     }));
     if (!pregrasp) return frames;

@@ -64,6 +64,7 @@ export async function viewGrasp(place, job, rank, still) {
 
 function fail(place, scene, canvas, said, error, again, picture) {
   place.dataset.state = "failed";
+  close();
   canvas.remove();
   const still = scene.querySelector(".still");
   if (still) {
@@ -142,7 +143,7 @@ function controls(grasp, document, job, rank) {
 }
 
 // What the colour of a contact says where the surface was not seen.
-function assumedKey({ assumed }) {
+function assumedKey({ assumed = [] }) {
   if (!assumed.some(Boolean)) return [];
   const swatch = h("span", { class: "swatch" });
   swatch.style.background = ASSUMED;
