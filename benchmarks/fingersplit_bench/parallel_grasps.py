@@ -12,9 +12,9 @@ from fingersplit.objects.mesh import Mesh
 from fingersplit.objects.model import ObjectModel
 from fingersplit.objects.preparing import prepare_object
 from fingersplit.objects.triangle_grid import bin_triangles
-from fingersplit.parallel_grasps.antipodal import sample_antipodal
 from fingersplit.parallel_grasps.grasp_set import ParallelGrasps
-from fingersplit.parallel_grasps.surface_fitting import PadGripper, fit_surfaces, surface_fits
+from fingersplit.parallel_grasps.sources.antipodal import sample_antipodal
+from fingersplit.parallel_grasps.sources.surface_fitting import PadGripper, fit_surfaces, surface_fits
 from fingersplit_bench.suite import Bench, Chapter
 
 __all__ = ["measure_parallel_grasps", "parallel_grasps_chapter", "table_parallel_grasps"]

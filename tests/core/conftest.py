@@ -18,7 +18,7 @@ from fingersplit.hands.kinematics_kernel import move_fingers
 from fingersplit.hands.shapes_kernel import BOX, CAPSULE, CYLINDER
 from fingersplit.objects.mesh import Mesh
 from fingersplit.objects.model import ObjectModel
-from fingersplit.parallel_grasps.antipodal import sample_antipodal
+from fingersplit.parallel_grasps.sources.antipodal import sample_antipodal
 from fingersplit.planning.run import Run
 from fingersplit.planning.starts import Start, build_problem, choose_starts, split_starts
 from fingersplit.splitting.settings import PlannerSettings

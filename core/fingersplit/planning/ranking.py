@@ -16,8 +16,8 @@ from fingersplit.execution.execution import GraspExecution, plan_execution
 from fingersplit.hands.hand import Hand
 from fingersplit.objects.convex_pieces import decompose
 from fingersplit.objects.model import ObjectModel
-from fingersplit.parallel_grasps.antipodal import MIN_OPENING
 from fingersplit.parallel_grasps.guided_starts_kernel import TOUCHING
+from fingersplit.parallel_grasps.sources.antipodal import MIN_OPENING
 from fingersplit.planning.refining import candidate_of
 from fingersplit.planning.run import Run
 from fingersplit.result.grasp import HoldProbability

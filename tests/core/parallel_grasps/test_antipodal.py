@@ -8,7 +8,7 @@ import trimesh
 
 from fingersplit.objects.mesh import Mesh
 from fingersplit.objects.preparing import prepare_object
-from fingersplit.parallel_grasps.antipodal import sample_antipodal
+from fingersplit.parallel_grasps.sources.antipodal import sample_antipodal
 
 FRICTION = 0.4
 

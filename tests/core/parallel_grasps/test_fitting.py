@@ -15,7 +15,7 @@ from fingersplit.parallel_grasps.fitting_kernel import (
     palm_equations,
     width_step,
 )
-from fingersplit.parallel_grasps.surface_fitting import PadGripper
+from fingersplit.parallel_grasps.sources.surface_fitting import PadGripper
 
 POINTS = 10
 WANTED = np.array([0.2, -0.3, -1.0]) / np.linalg.norm([0.2, -0.3, -1.0])

@@ -7,7 +7,7 @@ import pytest
 
 from fingersplit.parallel_grasps.fitting_kernel import new_fit
 from fingersplit.parallel_grasps.guided_starts_kernel import body_points, guided_fits
-from fingersplit.parallel_grasps.surface_fitting import PadGripper, _regions, fit_surfaces
+from fingersplit.parallel_grasps.sources.surface_fitting import PadGripper, _regions, fit_surfaces
 
 GRIPPER = PadGripper((0.0, 0.1))
 FRICTION = 0.5
