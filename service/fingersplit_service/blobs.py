@@ -49,7 +49,7 @@ class BlobStore:
     retry_s: float = 5.0
 
     @property
-    def hasty(self) -> "BlobStore":
+    def with_short_timeouts(self) -> "BlobStore":
         """The same store for what can be done without: nobody waits long for it."""
         return replace(self, retry_s=0.5)
 

@@ -168,7 +168,7 @@ def export_archive(
     """Write everything that a service keeps to an archive; one machine's service must be stopped."""
     from fingersplit_service.operations.transfer import export_data
 
-    with _faults_told():
+    with _faults_as_messages():
         done = export_data(_settings(data_dir=data_dir), archive)
     typer.echo(f"{done.rows} rows and {done.files} files.")
 
@@ -184,13 +184,13 @@ def import_archive(
     """Add everything of an archive to a service; what is there stays, so it can be repeated."""
     from fingersplit_service.operations.transfer import import_data
 
-    with _faults_told():
+    with _faults_as_messages():
         done = import_data(_settings(data_dir=data_dir), archive, local_to)
     typer.echo(f"{done.rows} rows and {done.files} files were added.")
 
 
 @contextmanager
-def _faults_told() -> Iterator[None]:
+def _faults_as_messages() -> Iterator[None]:
     """End the program with a sentence where data cannot be read or written."""
     from fingersplit_service.database.connection import DatabaseInUse, StorageUnavailable
     from fingersplit_service.database.schema import SchemaTooNew

@@ -124,7 +124,7 @@ class _Server(uvicorn.Server):
 
     def __init__(self, config: uvicorn.Config, app: FastAPI, drain_s: float) -> None:
         super().__init__(config)
-        self._app, self._drain_s, self._told = app, drain_s, False
+        self._app, self._drain_s, self._logged = app, drain_s, False
         self._loop: asyncio.AbstractEventLoop | None = None
 
     async def serve(self, sockets: list[Any] | None = None) -> None:
@@ -133,8 +133,8 @@ class _Server(uvicorn.Server):
 
     def handle_exit(self, sig: int, frame: FrameType | None) -> None:
         runs = self._loop is not None and hasattr(self._app.state, "runtime")
-        if runs and self._drain_s and not self._told:
-            self._told = True
+        if runs and self._drain_s and not self._logged:
+            self._logged = True
             self._app.state.runtime.health.draining = True
             assert self._loop is not None
             self._loop.call_soon_threadsafe(self._loop.call_later, self._drain_s, self.handle_exit, sig, frame)

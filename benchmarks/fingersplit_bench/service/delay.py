@@ -81,7 +81,7 @@ def _cancel(_server: Server, client: Client, job: Job) -> None:
     client.jobs.cancel(job.id)
 
 
-def _let_overrun(_server: Server, client: Client, job: Job) -> None:
+def _exceed_deadline(_server: Server, client: Client, job: Job) -> None:
     while client.jobs.get(job.id, wait=_DEADLINE).state == "running":
         pass
 
@@ -92,7 +92,7 @@ def _kill(server: Server, _client: Client, _job: Job) -> None:
     os.kill(max(before, key=lambda pid: _processor_time(pid) - before[pid]), signal.SIGKILL)
 
 
-_WAYS: dict[str, Kill] = {"cancel": _cancel, "deadline": _let_overrun, "kill": _kill}
+_WAYS: dict[str, Kill] = {"cancel": _cancel, "deadline": _exceed_deadline, "kill": _kill}
 
 
 def _processor_time(pid: int) -> int:

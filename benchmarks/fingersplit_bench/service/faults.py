@@ -40,14 +40,14 @@ def survive_kills(server: Server, object_id: str, jobs: int, kills: int, seed: i
                 elif workers := server.workers():
                     with suppress(ProcessLookupError):
                         os.kill(chance.choice(workers), signal.SIGKILL)
-        wrong, guilty = 0, 0
+        wrong, total = 0, 0
         for job_id, number in accepted.items():
             job = client.jobs.get(job_id, wait=25)
             while job.state in ("queued", "running"):
                 job = client.jobs.get(job_id, wait=25)
             given_up = job.error is not None and job.error.code == "worker_died" and job.attempts > 1
             right = job.state == "succeeded" and job.result is not None and job.result.seed == number
-            guilty += given_up
+            total += given_up
             wrong += not right and not given_up
         listed = _listed(client, object_id) - before
     return {
@@ -55,7 +55,7 @@ def survive_kills(server: Server, object_id: str, jobs: int, kills: int, seed: i
         "lost": len(accepted.keys() - listed),
         "twice": len(listed - accepted.keys()),
         "wrong": wrong,
-        "given_up_after_two_kills": guilty,
+        "given_up_after_two_kills": total,
         "service_kills": restarts,
     }
 

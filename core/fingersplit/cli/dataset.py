@@ -189,10 +189,10 @@ class _Lines:
     """A line for every tenth of the data set but the last, for logs."""
 
     def __init__(self, console: Console) -> None:
-        self._console, self._told = console, 0
+        self._console, self._shown = console, 0
 
     def __call__(self, now: "DatasetProgress") -> None:
         tenth = 10 * now.selected // max(now.wanted, 1)
-        if self._told != tenth < 10:
-            self._told = tenth
+        if self._shown != tenth < 10:
+            self._shown = tenth
             self._console.print(now.message, highlight=False, markup=False, soft_wrap=True)

@@ -106,9 +106,9 @@ class Export:
             else:
                 left_out.append((grasp.rank, reason))
         if not chosen:
-            told = "; ".join(f"rank {rank}: {reason}" for rank, reason in left_out[:3]) or result.message
+            reasons = "; ".join(f"rank {rank}: {reason}" for rank, reason in left_out[:3]) or result.message
             raise FormatError(
-                f"The result holds no grasp that can be executed: {told.rstrip('.')}. A rank that is asked "
+                f"The result holds no grasp that can be executed: {reasons.rstrip('.')}. A rank that is asked "
                 f"for by its number is exported all the same."
             )
         return cls(hand, result, tuple(_exported(hand, result, grasp) for grasp in chosen), tuple(left_out))
@@ -148,10 +148,10 @@ class Export:
     @property
     def message(self) -> str:
         """The export in a sentence."""
-        told = "; ".join(f"rank {rank}: {reason}" for rank, reason in self.left_out)
+        reasons = "; ".join(f"rank {rank}: {reason}" for rank, reason in self.left_out)
         ranks = ", ".join(str(grasp.rank) for grasp in self.grasps)
         count = f"rank {ranks}" if len(self.grasps) == 1 else f"ranks {ranks}"
-        return f"{count}; left out: {told}." if told else f"{count}."
+        return f"{count}; left out: {reasons}." if reasons else f"{count}."
 
 
 def _why_not(grasp: GraspResult) -> str | None:

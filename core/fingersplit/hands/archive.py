@@ -1,4 +1,4 @@
-"""Archives of hands from strangers: refused with a reason before anything in them is compiled."""
+"""Archives of hands that were uploaded: refused with a reason before anything in them is compiled."""
 
 import io
 import re

@@ -163,8 +163,8 @@ def draw_picture(path: Path, replayed: ReplayedGrasp, model: ObjectModel, hand: 
     _draw_curve(profile, replayed.curve)
     figure.suptitle(f"{model.name}, {hand.name} hand, {replayed.grasp.title}", fontweight="bold")
     if replayed.rejected_by:
-        told = ", ".join(f"{name} {count}" for name, count in replayed.rejected_by.items())
-        figure.supxlabel(f"candidates rejected by: {told}", fontsize="small")
+        counts = ", ".join(f"{name} {count}" for name, count in replayed.rejected_by.items())
+        figure.supxlabel(f"candidates rejected by: {counts}", fontsize="small")
     figure.savefig(path, format="png", facecolor="white")
 
 

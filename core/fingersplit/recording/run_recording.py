@@ -92,8 +92,8 @@ def _log_surroundings(stream: rr.RecordingStream, model: ObjectModel, replayed: 
         path = rr.LineStrips3D([path_of(replayed.grasp)], colors=colors.WAY, radii=CONTACT_RADIUS / 5)
         stream.log("world/way", path, static=True)
     if replayed.rejected_by:
-        told = "\n".join(f"- {name}: {count}" for name, count in replayed.rejected_by.items())
-        text = rr.TextDocument(f"Candidates rejected by\n\n{told}", media_type="text/markdown")
+        counts = "\n".join(f"- {name}: {count}" for name, count in replayed.rejected_by.items())
+        text = rr.TextDocument(f"Candidates rejected by\n\n{counts}", media_type="text/markdown")
         stream.log("rejected", text, static=True)
 
 

@@ -18,7 +18,7 @@ from fingersplit_service.database.rows import LISTED_COLUMNS, JobRow, job_row
 from fingersplit_service.database.store import transaction
 from fingersplit_service.database.tables import RUNNING, agents, jobs
 
-__all__ = ["Beat", "ClusterQueue", "Rescue"]
+__all__ = ["Beat", "ClusterQueue", "Requeued"]
 
 _MAX_ABANDONED = 5  # a job under which machines fall silent is not run for ever
 _HEAD_EVERY = 16  # claims, of which one takes the oldest job whether its object is warm or not
@@ -109,7 +109,7 @@ class Beat:
 
 
 @dataclass(frozen=True)
-class Rescue:
+class Requeued:
     """Jobs of machines that fell silent: those that wait again, and those that were given up."""
 
     queued: Collection[str] = ()
@@ -220,14 +220,14 @@ class ClusterQueue(JobQueue):
         return Beat(known=True, lost=lost, alive=alive)
 
     @transaction
-    def rescue(self, connection: sa.Connection, silence_s: float) -> Rescue:
+    def rescue(self, connection: sa.Connection, silence_s: float) -> Requeued:
         """Take the jobs of agents that gave no sign of life for ``silence_s`` seconds; one agent does it at a time."""
         # The lock is one of the transaction: poolers keep it, too.
         lock = sa.select(
             sa.func.pg_try_advisory_xact_lock(_RESCUE_LOCK), sa.func.set_config("lock_timeout", _RESCUE_WAITS, True)
         )
         if not connection.execute(lock).scalar():
-            return Rescue()
+            return Requeued()
         silent = sa.delete(agents).where(agents.c.beat_at < _NOW - silence_s, agents.c.id != self.agent)
         connection.execute(silent)
         alive = sa.select(agents.c.id)
@@ -241,7 +241,7 @@ class ClusterQueue(JobQueue):
         rescued = list(connection.execute(queued).scalars())
         unverified = jobs.c.verifier.is_not(None) & jobs.c.verifier.not_in(alive)
         connection.execute(sa.update(jobs).where(jobs.c.verification == "pending", unverified).values(verifier=None))
-        return Rescue(rescued, given_up)
+        return Requeued(rescued, given_up)
 
     def _fence(self) -> sa.ColumnElement[bool]:
         return super()._fence() & (jobs.c.runner == sa.bindparam("agent"))

@@ -132,7 +132,7 @@ def refuse_excess(connection: sa.Connection, owner: str, limits: Limits, new_job
         used = int(_amount(connection, owner, "jobs", end - _MINUTE))
         if used + new_jobs > limit:
             raise LimitReached(
-                f"{used} of your jobs were accepted in this minute, and at most {limit} may; more from {_told(end)}.",
+                f"{used} of your jobs were accepted in this minute, and at most {limit} may; more from {_utc(end)}.",
                 limit,
                 end,
             )
@@ -141,7 +141,7 @@ def refuse_excess(connection: sa.Connection, owner: str, limits: Limits, new_job
         spent = _amount(connection, owner, "cpu_s", end - _DAY)
         if spent >= most:
             raise LimitReached(
-                f"You have used {spent:.0f} s of CPU time today, and may use {most:g} s a day; more from {_told(end)}.",
+                f"You have used {spent:.0f} s of CPU time today, and may use {most:g} s a day; more from {_utc(end)}.",
                 most,
                 end,
             )
@@ -180,5 +180,5 @@ def _start(now: float, period: int) -> int:
     return int(now // period) * period
 
 
-def _told(moment: float) -> str:
+def _utc(moment: float) -> str:
     return f"{datetime.fromtimestamp(moment, UTC):%Y-%m-%dT%H:%M:%SZ}"

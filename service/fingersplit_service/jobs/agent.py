@@ -58,7 +58,7 @@ class Agent:
 
     def start(self) -> None:
         """Begin; the agent is registered already."""
-        self._beating = asyncio.create_task(self._beat_again_and_again())
+        self._beating = asyncio.create_task(self._beat_periodically())
 
     async def stop(self) -> None:
         """End, and let others have what is left at once."""
@@ -80,7 +80,7 @@ class Agent:
         else:
             self._dispatcher.wake()
 
-    async def _beat_again_and_again(self) -> NoReturn:
+    async def _beat_periodically(self) -> NoReturn:
         loop = asyncio.get_running_loop()
         while True:
             try:
@@ -121,4 +121,4 @@ class Agent:
         for job_id in rescued.failed:
             self._notifier.publish(job_id, "failed")
         if rescued.queued:
-            self._notifier.tell_queued([])
+            self._notifier.publish_queued([])

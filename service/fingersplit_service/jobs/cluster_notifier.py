@@ -105,7 +105,7 @@ class ClusterNotifier(Notifier):
         if state == "cancelled":
             self._post(_WORK, job_id, message)
 
-    def tell_queued(self, objects: Collection[str]) -> None:
+    def publish_queued(self, objects: Collection[str]) -> None:
         """Say that jobs were queued, one for each of these objects; with none, that there may be some."""
         self._sent += 1
         message: dict[str, Any] = {"from": self._origin, "queued": list(dict.fromkeys(objects))[:_MAX_OBJECTS]}

@@ -33,7 +33,7 @@ class OtherMachines:
 
     def wake(self, objects: Collection[str] = ()) -> None:
         """Say that jobs were queued, one for each of these objects."""
-        self._notifier.tell_queued(objects)
+        self._notifier.publish_queued(objects)
 
     def interrupt(self, job_id: str) -> None:
         """Nothing more: that a job was cancelled was published, and whoever runs it ends it."""

@@ -194,7 +194,7 @@ class JobService:
                 if _microseconds(moment) > seen:
                     seen = _microseconds(moment)
                     yield JobEvent(seen, past)
-            if self._told_all(view, verification):
+            if self._is_complete(view, verification):
                 return
             told = view.row.state
             async for change in subscription.changes(self._settings.keepalive_s):
@@ -207,9 +207,9 @@ class JobService:
                         if found is None:
                             return
                         view = self._view(*found)
-                    yield JobEvent(seen, _as_it_was(view, change.state, change.progress))
+                    yield JobEvent(seen, _as_of_state(view, change.state, change.progress))
                     told = change.state
-                    if told == view.row.state and self._told_all(view, verification):
+                    if told == view.row.state and self._is_complete(view, verification):
                         return
 
     async def cancel_batch(self, owner: str, batch_id: str) -> list[tuple[str, JobState]]:
@@ -274,7 +274,7 @@ class JobService:
         return JobView(*end.outcome) if end.outcome else await self.get(owner, job_id)
 
     @staticmethod
-    def _told_all(view: JobView, verification: bool) -> bool:
+    def _is_complete(view: JobView, verification: bool) -> bool:
         return view.row.ended and not (verification and view.row.verification == "pending")
 
     def _view(self, row: JobRow, result: str | None = None) -> JobView:
@@ -287,10 +287,10 @@ class JobService:
     def _past(self, view: JobView) -> list[tuple[float, JobView]]:
         """What has happened to a job so far, as far as it is known, with times [s since 1970]."""
         row = view.row
-        accepted = replace(_as_it_was(view, "queued").row, started_at=None, attempts=0)
+        accepted = replace(_as_of_state(view, "queued").row, started_at=None, attempts=0)
         past = [(row.created_at, JobView(accepted))]
         if row.started_at is not None and row.state != "queued":
-            past.append((row.started_at, _as_it_was(view, "running", Progress())))
+            past.append((row.started_at, _as_of_state(view, "running", Progress())))
         latest = self._notifier.latest(row.id)
         if row.state == "running" and latest is not None:
             past.append((latest.time, view))
@@ -299,7 +299,7 @@ class JobService:
         return past
 
 
-def _as_it_was(view: JobView, state: JobState, progress: Progress | None = None) -> JobView:
+def _as_of_state(view: JobView, state: JobState, progress: Progress | None = None) -> JobView:
     """A job as it stood when it was in a state that it may have left since."""
     row = view.row
     if state == row.state:

@@ -119,5 +119,5 @@ def _cache(storage: Storage) -> "ContentCache":
     if storage.shared is not None:
         from fingersplit_service.jobs.shared_cache import SharedCache
 
-        return SharedCache(storage.cache, storage.cache_bytes, storage.shared.hasty)
+        return SharedCache(storage.cache, storage.cache_bytes, storage.shared.with_short_timeouts)
     return ContentCache(storage.cache, storage.cache_bytes)

@@ -62,7 +62,7 @@ class UsageService:
 
     def start(self) -> None:
         """Begin to write what workers use."""
-        self._writing = asyncio.create_task(self._write_again_and_again())
+        self._writing = asyncio.create_task(self._write_periodically())
 
     async def stop(self) -> None:
         """Write what is left."""
@@ -85,7 +85,7 @@ class UsageService:
         if self.limits != Limits():
             await self._store.check(owner, self.limits)
 
-    async def _write_again_and_again(self) -> NoReturn:
+    async def _write_periodically(self) -> NoReturn:
         while True:
             await asyncio.sleep(_INTERVAL)
             try:

@@ -27,7 +27,7 @@ class Principal:
 
 
 KEY_NEEDED = "Send `Authorization: Bearer KEY` with a valid API key."
-"""What a stranger is told."""
+"""What a client without a key is told."""
 _LOCAL = Principal(LOCAL_OWNER, "local", SCOPES)
 """Everybody, as long as the service has no keys."""
 
@@ -78,7 +78,7 @@ class Access:
 
 
 async def identify(request: Request) -> Principal | None:
-    """Who sends a request, by its key or its session; None for a stranger."""
+    """Who sends a request, by its key or its session; None for an anonymous client."""
     scheme, _, key = request.headers.get("authorization", "").partition(" ")
     access: Access = request.app.state.runtime.access
     return await access.identify(key if scheme.lower() == "bearer" else None, request.cookies.get(SESSION_COOKIE))

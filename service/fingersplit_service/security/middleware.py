@@ -173,7 +173,7 @@ class RequestLimits:
 
 
 class Authentication:
-    """Finds out who asks before anything of a request's body is read; a stranger's upload is not taken in.
+    """Finds out who asks before anything of a request's body is read; the upload of an anonymous client is not read.
 
     Args:
         app: The application.

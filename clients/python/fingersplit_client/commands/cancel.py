@@ -2,12 +2,12 @@
 
 import typer
 
-from fingersplit_client.commands.connection import ApiKey, JobIds, Server, told
+from fingersplit_client.commands.connection import ApiKey, JobIds, Server, with_error_messages
 
 __all__ = ["cancel"]
 
 
-@told
+@with_error_messages
 def cancel(job_ids: JobIds, server: Server = None, api_key: ApiKey = None) -> None:
     """End jobs that have not ended; those that have stay as they are."""
     from fingersplit_client.client import Client

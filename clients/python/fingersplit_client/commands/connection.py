@@ -1,4 +1,4 @@
-"""What all commands share: where the service is, and how errors are told."""
+"""What all commands share: where the service is, and how errors are shown."""
 
 import functools
 import sys
@@ -7,7 +7,7 @@ from typing import Annotated, ParamSpec, TypeVar
 
 import typer
 
-__all__ = ["ApiKey", "JobIds", "Server", "told"]
+__all__ = ["ApiKey", "JobIds", "Server", "with_error_messages"]
 
 BAD_INPUT = 2
 
@@ -24,7 +24,7 @@ ApiKey = Annotated[
 JobIds = Annotated[list[str], typer.Argument(help="Ids of jobs.", metavar="JOB...")]
 
 
-def told(command: Callable[Params, Result]) -> Callable[Params, Result]:
+def with_error_messages(command: Callable[Params, Result]) -> Callable[Params, Result]:
     """Make a command tell errors of client and service in a sentence, with exit code 2."""
 
     @functools.wraps(command)

@@ -5,13 +5,13 @@ from typing import Annotated
 
 import typer
 
-from fingersplit_client.commands.connection import ApiKey, Server, told
+from fingersplit_client.commands.connection import ApiKey, Server, with_error_messages
 from fingersplit_client.commands.tables import number, print_table
 
 __all__ = ["grasps"]
 
 
-@told
+@with_error_messages
 def grasps(
     job_id: Annotated[str, typer.Argument(help="Id of a job that has succeeded.", metavar="JOB")],
     json_file: Annotated[Path | None, typer.Option("--json", help="Write the result document here.")] = None,

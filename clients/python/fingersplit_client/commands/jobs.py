@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import typer
 
-from fingersplit_client.commands.connection import ApiKey, Server, told
+from fingersplit_client.commands.connection import ApiKey, Server, with_error_messages
 from fingersplit_client.commands.tables import number, print_table
 
 __all__ = ["State", "jobs"]
@@ -22,7 +22,7 @@ class State(StrEnum):
     CANCELLED = "cancelled"
 
 
-@told
+@with_error_messages
 def jobs(
     state: Annotated[list[State] | None, typer.Option(help="Only jobs in this state; repeatable.")] = None,
     hand: Annotated[str | None, typer.Option(help="Only jobs for this hand.")] = None,

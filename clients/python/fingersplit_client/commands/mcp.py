@@ -1,11 +1,11 @@
 """``mcp``: tools for assistants, over standard input and output."""
 
-from fingersplit_client.commands.connection import ApiKey, Server, told
+from fingersplit_client.commands.connection import ApiKey, Server, with_error_messages
 
 __all__ = ["mcp"]
 
 
-@told
+@with_error_messages
 def mcp(server: Server = None, api_key: ApiKey = None) -> None:
     """Serve grasp planning as tools of the Model Context Protocol, over standard input and output.
 

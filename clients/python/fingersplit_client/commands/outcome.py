@@ -4,12 +4,12 @@ from typing import Annotated
 
 import typer
 
-from fingersplit_client.commands.connection import ApiKey, Server, told
+from fingersplit_client.commands.connection import ApiKey, Server, with_error_messages
 
 __all__ = ["outcome"]
 
 
-@told
+@with_error_messages
 def outcome(
     job_id: Annotated[str, typer.Argument(help="Id of the job that planned the grasp.", metavar="JOB")],
     rank: Annotated[int, typer.Argument(help="Rank of the grasp.", min=1)],

@@ -6,13 +6,13 @@ from typing import Annotated, Literal
 
 import typer
 
-from fingersplit_client.commands.connection import ApiKey, Server, told
+from fingersplit_client.commands.connection import ApiKey, Server, with_error_messages
 from fingersplit_client.commands.tables import number, print_table
 
 __all__ = ["outcomes"]
 
 
-@told
+@with_error_messages
 def outcomes(
     job_id: Annotated[str | None, typer.Option("--job", help="Only outcomes of this job.")] = None,
     hand: Annotated[str | None, typer.Option(help="Only outcomes with this hand.")] = None,

@@ -23,7 +23,7 @@ def main() -> None:
         help="Grasp planning by a Fingersplit service.",
     )
 
-    def tell_version(wanted: bool) -> None:
+    def print_version(wanted: bool) -> None:
         if wanted:
             typer.echo(f"fingersplit-client {version('fingersplit-client')}")
             raise typer.Exit
@@ -31,7 +31,7 @@ def main() -> None:
     @app.callback()
     def program(
         _version: bool = typer.Option(
-            False, "--version", help="Print the version.", callback=tell_version, is_eager=True
+            False, "--version", help="Print the version.", callback=print_version, is_eager=True
         ),
     ) -> None:
         """Grasp planning by a Fingersplit service."""

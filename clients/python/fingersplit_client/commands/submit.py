@@ -6,12 +6,12 @@ from typing import Annotated, Any
 
 import typer
 
-from fingersplit_client.commands.connection import ApiKey, Server, told
+from fingersplit_client.commands.connection import ApiKey, Server, with_error_messages
 
 __all__ = ["submit"]
 
 
-@told
+@with_error_messages
 def submit(
     files: Annotated[
         list[Path], typer.Argument(help="Meshes or point clouds.", metavar="FILE...", exists=True, dir_okay=False)
@@ -25,7 +25,7 @@ def submit(
     verified: Annotated[int, typer.Option(help="Simulate ranked grasps until so many have held.", min=0)] = 0,
     option: Annotated[
         list[str] | None,
-        typer.Option(help="Anything else that an object or a job can be told, as NAME=VALUE; repeatable."),
+        typer.Option(help="Anything else that an object or a job can be given, as NAME=VALUE; repeatable."),
     ] = None,
     server: Server = None,
     api_key: ApiKey = None,

@@ -4,12 +4,12 @@ from typing import Annotated
 
 import typer
 
-from fingersplit_client.commands.connection import ApiKey, JobIds, Server, told
+from fingersplit_client.commands.connection import ApiKey, JobIds, Server, with_error_messages
 
 __all__ = ["watch"]
 
 
-@told
+@with_error_messages
 def watch(
     job_ids: JobIds,
     timeout: Annotated[float, typer.Option(help="How long to watch each job at most [s].", min=0)] = 3600.0,
@@ -24,14 +24,14 @@ def watch(
     from fingersplit_client.errors import JobFailed
     from fingersplit_client.schemas import JobSummary
 
-    def tell(job: JobSummary) -> None:
+    def print_progress(job: JobSummary) -> None:
         typer.echo(f"{job.id}  {job.state if job.stage is None else f'{job.stage} {job.progress:.0%}'}", err=True)
 
     good = True
     with Client(server, api_key=api_key) as client:
         for job_id in job_ids:
             try:
-                job = client.jobs.wait(job_id, timeout, on_progress=tell)
+                job = client.jobs.wait(job_id, timeout, on_progress=print_progress)
             except JobFailed as error:
                 typer.echo(str(error))
                 good = False

@@ -27,7 +27,7 @@ MAX_TEXT = 200_000
 """Characters of an export that are answered; a longer one needs a file."""
 
 
-def _told(tool: Callable[Params, Awaitable[Returned]]) -> Callable[Params, Awaitable[Returned]]:
+def _faults_as_tool_errors(tool: Callable[Params, Awaitable[Returned]]) -> Callable[Params, Awaitable[Returned]]:
     """Errors of client and service as sentences."""
 
     @functools.wraps(tool)
@@ -60,7 +60,7 @@ def build_server(client: AsyncClient) -> MCPServer:
         _verify(client),
         _export(client),
     ):
-        server.tool(structured_output=False)(_told(tool))
+        server.tool(structured_output=False)(_faults_as_tool_errors(tool))
     return server
 
 

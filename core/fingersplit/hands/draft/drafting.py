@@ -70,7 +70,7 @@ def draft_hand(
             f"{len(found)} fingers end in {names}; name up to {MAX_FINGERS} of them with --fingers, or, if there is "
             "more than one hand, the palm of one with --palm."
         )
-    description, model, told = describe_joints(compiled, palm, model_file.name, found)
+    description, model, assumptions = describe_joints(compiled, palm, model_file.name, found)
     tips = [_index(model, finger.tip) for finger in found]
     chains = [tuple(j for link in model.path(tip) for j in model.links[link].joints) for tip in tips]
     for finger, chain in zip(found, chains, strict=True):
@@ -103,7 +103,7 @@ def draft_hand(
             "drafted": True,
         }
     )
-    return HandDescription.model_validate(finished.model_dump()), (*notes, *told, *model.notes)
+    return HandDescription.model_validate(finished.model_dump()), (*notes, *assumptions, *model.notes)
 
 
 def _check_ranges(model: HandModel) -> None:

@@ -32,7 +32,7 @@ def describe_joints(
     Returns:
         The description so far, the hand, and what a person should look at.
     """
-    told: list[str] = []
+    assumptions: list[str] = []
     description = HandDescription.model_construct(
         title=model_name,
         model=model_name,
@@ -41,8 +41,8 @@ def describe_joints(
         grips=[],
         torque_limits={},
         couplings={},
-        limits=_missing_limits(compiled, told),
-        fixed=_sliding(compiled, palm, told) | _beside_fingers(compiled, palm, found, told),
+        limits=_missing_limits(compiled, assumptions),
+        fixed=_sliding(compiled, palm, assumptions) | _beside_fingers(compiled, palm, found, assumptions),
         shapes=ShapeOptions(groups=None, budget=None),
         drafted=True,
     )
@@ -52,21 +52,21 @@ def describe_joints(
             coupling, notes = read_coupling(compiled, tree, description)
             break
         except HandError as error:
-            description = _mended(description, tree, str(error), told)
+            description = _mended(description, tree, str(error), assumptions)
     solids = convex_solids(tree.collision)
     shapes = planning_shapes(solids, tree.links, None)
     model = HandModel(
         tree.links, tree.joints, coupling, solids, tree.visuals, shapes, frozenset(), tuple(notes), int(compiled.nu)
     )
-    return description, model, told
+    return description, model, assumptions
 
 
-def _mended(description: HandDescription, tree: Any, fault: str, told: list[str]) -> HandDescription:
+def _mended(description: HandDescription, tree: Any, fault: str, assumptions: list[str]) -> HandDescription:
     """The description with one gap filled that a fault names; the fault again where it cannot be."""
     names = [joint.name for joint in tree.joints]
     if fault.startswith("No torque limit is known for "):
         missing = fault.removeprefix("No torque limit is known for ").split(";")[0].split(", ")
-        told.append(
+        assumptions.append(
             f"The model says no torque for {', '.join(missing)}; {ASSUMED_TORQUE} N m is assumed. Put in the real ones."
         )
         return description.model_copy(
@@ -75,14 +75,16 @@ def _mended(description: HandDescription, tree: Any, fault: str, told: list[str]
     passive = next((name for name in names if fault.startswith(f"Joint {name!r} is ")), None)
     before = _joint_before(tree, names.index(passive)) if passive is not None else None
     if passive is not None and before is None and passive not in description.torque_limits:
-        told.append(f"{passive} has no actuator; a motor of {ASSUMED_TORQUE} N m is assumed. Put in the real one.")
+        assumptions.append(
+            f"{passive} has no actuator; a motor of {ASSUMED_TORQUE} N m is assumed. Put in the real one."
+        )
         limits = {**description.torque_limits, passive: ASSUMED_TORQUE}
         return description.model_copy(update={"torque_limits": limits})
     if passive is None or before is None or passive in description.couplings:
         raise HandError(fault)
     one, other = tree.joints[names.index(passive)], tree.joints[before]
     ratio = max(abs(one.lower), abs(one.upper)) / max(abs(other.lower), abs(other.upper))
-    told.append(
+    assumptions.append(
         f"{passive} has no actuator; it is taken to follow {other.name} by {ratio:.3f}. Put in the real coupling."
     )
     coupling = CouplingDescription(driver=other.name, ratio=round(ratio, 4), offset=0.0)
@@ -102,19 +104,19 @@ def _joint_before(tree: Any, joint: int) -> int | None:
     return None
 
 
-def _missing_limits(compiled: Any, told: list[str]) -> dict[str, tuple[float, float]]:
+def _missing_limits(compiled: Any, assumptions: list[str]) -> dict[str, tuple[float, float]]:
     limits = {}
     for j in range(compiled.njnt):
         if not compiled.jnt_limited[j] and compiled.jnt_type[j] == HINGE:
             name = str(compiled.joint(j).name)
             limits[name] = (-3.1416, 3.1416)
-            told.append(
+            assumptions.append(
                 f"{name} has no limits in the model; half a turn to both sides is assumed. Put in the real ones."
             )
     return limits
 
 
-def _sliding(compiled: Any, palm: str, told: list[str]) -> dict[str, float]:
+def _sliding(compiled: Any, palm: str, assumptions: list[str]) -> dict[str, float]:
     """Joints below the palm that slide, held where they are."""
     fixed = {}
     for j in range(compiled.njnt):
@@ -122,7 +124,7 @@ def _sliding(compiled: Any, palm: str, told: list[str]) -> dict[str, float]:
         if compiled.jnt_type[j] == SLIDE and _hangs_below(compiled, body, palm):
             name = str(compiled.joint(j).name)
             fixed[name] = float(compiled.qpos0[compiled.jnt_qposadr[j]])
-            told.append(f"{name} slides, and only hinges are planned for; it is held at {fixed[name]:g} m.")
+            assumptions.append(f"{name} slides, and only hinges are planned for; it is held at {fixed[name]:g} m.")
     return fixed
 
 
@@ -135,7 +137,9 @@ def _hangs_below(compiled: Any, body: int, palm: str) -> bool:
     return False
 
 
-def _beside_fingers(compiled: Any, palm: str, found: tuple[FingerBodies, ...], told: list[str]) -> dict[str, float]:
+def _beside_fingers(
+    compiled: Any, palm: str, found: tuple[FingerBodies, ...], assumptions: list[str]
+) -> dict[str, float]:
     """Joints below the palm that are on no finger's way, held at zero."""
     root = 0 if palm == "world" else int(compiled.body(palm).id)
     used = set()
@@ -153,5 +157,5 @@ def _beside_fingers(compiled: Any, palm: str, found: tuple[FingerBodies, ...], t
         if above == root and body != root and body not in used and compiled.jnt_type[j] != SLIDE:
             name = str(compiled.joint(j).name)
             fixed[name] = float(np.clip(0.0, *compiled.jnt_range[j])) if compiled.jnt_limited[j] else 0.0
-            told.append(f"{name} belongs to no finger; it is held at {fixed[name]:g}.")
+            assumptions.append(f"{name} belongs to no finger; it is held at {fixed[name]:g}.")
     return fixed

@@ -5,7 +5,7 @@ import { find, forgive, h, report, show } from "./dom.js";
 import { ago, exact, words } from "./format.js";
 
 const AGAIN = 2000; // [ms]
-const MOST_OBJECTS = 100;
+const MAX_OBJECTS = 100;
 const form = find("form");
 const KINDS = { complete: "good", running: "busy", cancelled: "" };
 
@@ -48,7 +48,7 @@ async function load() {
 }
 
 async function choices() {
-  const [objects, hands] = await Promise.all([api.objects(MOST_OBJECTS), api.hands()]);
+  const [objects, hands] = await Promise.all([api.objects(MAX_OBJECTS), api.hands()]);
   const boxes = objects.items.map((one) =>
     h("label", { class: "check" }, h("input", { type: "checkbox", name: "object", value: one.id }), one.name),
   );
