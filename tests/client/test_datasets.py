@@ -41,7 +41,7 @@ async def test_a_data_set_is_filled_downloaded_and_deleted(client: Any, can: byt
     assert await done(client.datasets.download(asked.id, tmp_path)) == len(shards)
     assert await done(client.datasets.download(asked.id, tmp_path)) == 0
     dataset = Dataset(tmp_path)
-    assert (dataset.order.licence, dataset.order.per_object, dataset.order.seed) == ("CC0", 3, 2)
+    assert (dataset.request.licence, dataset.request.per_object, dataset.request.seed) == ("CC0", 3, 2)
     assert sum(int(shard.columns["selected"].sum()) for shard in dataset.shards("train")) == 3
     assert asked.id in [one.id for one in (await done(client.datasets.list())).items]
     assert (await done(client.datasets.cancel(asked.id))).state == "complete"
@@ -79,7 +79,7 @@ def test_its_grasps_keep_clear_of_the_scene(service: str, can: bytes, tmp_path: 
         assert (found.state, found.selected) == ("complete", 2)
         client.datasets.download(asked.id, tmp_path)
     dataset = Dataset(tmp_path)
-    assert [one["id"] for one in dataset.order.constraints["scene"]["obstacles"]] == ["wall"]
+    assert [one["id"] for one in dataset.request.constraints["scene"]["obstacles"]] == ["wall"]
     for shard in dataset.shards():
         assert shard.scene is not None
         assert set(shard.scene["rejected_by"]) <= {"wall", "table"}

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from fingersplit.dataset import Dataset, DatasetOrder, find_objects, make_dataset
+from fingersplit.dataset import Dataset, DatasetRequest, find_objects, make_dataset
 from fingersplit.dataset.planners import ServicePlanner
 from fingersplit_client import Client
 from fingersplit_client.rounds import connect
@@ -11,7 +11,7 @@ from fingersplit_client.rounds import connect
 def test_a_service_fills_a_data_set(service: str, can: bytes, tmp_path: Path) -> None:
     (tmp_path / "can.off").write_bytes(can)
     (tmp_path / "bad.ply").write_bytes(b"ply")
-    order = DatasetOrder(per_object=3, starts=6, mass=0.25, seed=4)
+    order = DatasetRequest(per_object=3, starts=6, mass=0.25, seed=4)
     items, files, _ = find_objects([tmp_path], order.split)
     folder = tmp_path / "set"
     last = make_dataset(folder, order, items, files, ServicePlanner(connect(service), 2))

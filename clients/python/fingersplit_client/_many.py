@@ -12,7 +12,7 @@ from uuid import uuid4
 from fingersplit_client import _waiting
 from fingersplit_client._exchange import Deadline
 from fingersplit_client._flow import Abandon, Begin, Emit, Flow, NextEnded, Stream, Work
-from fingersplit_client._planning import KnownObjects, PlanOrder, plan
+from fingersplit_client._planning import KnownObjects, PlanRequest, plan
 from fingersplit_client._progress import progress_bar
 from fingersplit_client.errors import (
     AuthenticationError,
@@ -56,7 +56,7 @@ def plan_many(
     objects: Objects[Mode],
     known: KnownObjects,
     meshes: "Iterable[os.PathLike[str] | str]",
-    order: PlanOrder,
+    asked: PlanRequest,
     *,
     folder: "os.PathLike[str] | str | None",
     at_once: int,
@@ -68,7 +68,7 @@ def plan_many(
     if at_once < 1:
         raise invalid(f"at_once is {at_once}; it must be 1 or more.")
     paths = [Path(mesh) for mesh in meshes]
-    many = _Many(objects, known, order, None if folder is None else Path(folder), timeout, cancel)
+    many = _Many(objects, known, asked, None if folder is None else Path(folder), timeout, cancel)
     yield Work(many.prepare)
     with progress_bar(len(paths), progress) as advance:
         try:
@@ -91,12 +91,12 @@ class _Many:
         self,
         objects: Objects[Any],
         known: KnownObjects,
-        order: PlanOrder,
+        asked: PlanRequest,
         folder: Path | None,
         timeout: float,
         cancel: bool,
     ) -> None:
-        self._objects, self._known, self._order = objects, known, order
+        self._objects, self._known, self._asked = objects, known, asked
         self._folder, self._timeout, self._cancel = folder, timeout, cancel
         self._run = uuid4().hex
         self.running: set[str] = set()
@@ -116,7 +116,7 @@ class _Many:
 
     def _one(self, path: Path) -> Flow[Planned[Any]]:
         try:
-            file: MeshFile = yield Work(partial(read_mesh, path, self._order.file_type))
+            file: MeshFile = yield Work(partial(read_mesh, path, self._asked.file_type))
             digest = yield Work(partial(self._digest, file))
             saved = None if self._folder is None else self._folder / f"{file.stem}-{digest[:12]}.json"
             if saved is not None and saved.exists():
@@ -154,7 +154,7 @@ class _Many:
                     self._objects,
                     self._known,
                     file,
-                    self._order,
+                    self._asked,
                     Deadline(self._timeout),
                     cancel=self._cancel,
                     on_job=begun,
@@ -166,7 +166,7 @@ class _Many:
 
     def _digest(self, file: MeshFile) -> str:
         """Stands for a file's content and all options."""
-        parts = (file.sha256, self._order.lookup.model_dump_json(), self._order.request.model_dump_json())
+        parts = (file.sha256, self._asked.lookup.model_dump_json(), self._asked.request.model_dump_json())
         return hashlib.sha256("\n".join(parts).encode()).hexdigest()
 
     def _load(self, saved: Path) -> PlanResult[Any] | None:

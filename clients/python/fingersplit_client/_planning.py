@@ -14,14 +14,14 @@ from fingersplit_client.resources.objects import Objects, upload_file
 from fingersplit_client.results import PlanResult
 from fingersplit_client.schemas import JobCreate, ObjectInfo, ObjectLookup
 
-__all__ = ["KnownObjects", "PlanOrder", "plan"]
+__all__ = ["KnownObjects", "PlanRequest", "plan"]
 
 _KNOWN = 1024
 """How many objects a client remembers to have uploaded."""
 
 
 @dataclass(frozen=True)
-class PlanOrder:
+class PlanRequest:
     """What to plan, beside the object's file; made first, so that what is not valid is refused before anything is sent.
 
     Attributes:
@@ -37,8 +37,8 @@ class PlanOrder:
     file_type: str | None = None
 
     @classmethod
-    def of(cls, options: Mapping[str, Any]) -> "PlanOrder":
-        """An order of what the one-call plan was given.
+    def of(cls, options: Mapping[str, Any]) -> "PlanRequest":
+        """A plan of what the one-call plan was given.
 
         Raises:
             InvalidRequestError: An option is not valid.
@@ -64,7 +64,7 @@ def plan(
     objects: Objects[Any],
     known: KnownObjects,
     mesh: "MeshSource | MeshFile | ObjectInfo",
-    order: PlanOrder,
+    asked: PlanRequest,
     deadline: Deadline,
     *,
     cancel: bool,
@@ -75,7 +75,7 @@ def plan(
     """Plan for an object, uploaded or not; see `Client.plan`."""
 
     def run(object_id: str) -> Flow[PlanResult[Any]]:
-        request = order.request.model_copy(update={"object_id": object_id})
+        request = asked.request.model_copy(update={"object_id": object_id})
         job = yield from _waiting.run(
             objects, request, deadline, cancel=cancel, on_progress=on_progress, on_job=on_job, key=key
         )
@@ -84,11 +84,11 @@ def plan(
         return job.result
 
     if isinstance(mesh, ObjectInfo):
-        if order.lookup.model_fields_set != {"sha256"}:
+        if asked.lookup.model_fields_set != {"sha256"}:
             raise invalid("What is said of an object is said when it is uploaded; give the file, or no such option.")
         return (yield from run(mesh.id))
-    file: MeshFile = mesh if isinstance(mesh, MeshFile) else (yield Work(lambda: read_mesh(mesh, order.file_type)))
-    name = f"{(yield Work(lambda: file.sha256))} {order.lookup.model_dump_json()}"
+    file: MeshFile = mesh if isinstance(mesh, MeshFile) else (yield Work(lambda: read_mesh(mesh, asked.file_type)))
+    name = f"{(yield Work(lambda: file.sha256))} {asked.lookup.model_dump_json()}"
     if name in known.ids:
         try:
             return (yield from run(known.ids[name]))
@@ -96,6 +96,6 @@ def plan(
             if [one.field for one in error.problem.errors] != ["/object_id"]:
                 raise
             del known.ids[name]  # it was deleted meanwhile
-    info = yield from upload_file(objects, file, order.lookup, order.name, deadline)
+    info = yield from upload_file(objects, file, asked.lookup, asked.name, deadline)
     known.remember(name, info.id)
     return (yield from run(info.id))

@@ -10,7 +10,7 @@ import httpx2
 from fingersplit_client._exchange import Deadline, Policy
 from fingersplit_client._flow import Flow, Pause, Send, Stream
 from fingersplit_client._many import Planned, plan_many
-from fingersplit_client._planning import KnownObjects, PlanOrder, plan
+from fingersplit_client._planning import KnownObjects, PlanRequest, plan
 from fingersplit_client.mesh_files import MeshSource
 from fingersplit_client.modes import Awaited, Blocking, Bound, Mode, operation, stream
 from fingersplit_client.options import PlanKeywords
@@ -99,9 +99,9 @@ class _Operations(Bound[Mode], Generic[Mode]):
             OSError: The file cannot be read.
         """
         deadline = Deadline(timeout)
-        order = PlanOrder.of(options)
+        asked = PlanRequest.of(options)
         return (
-            yield from plan(self.objects, self._known, mesh, order, deadline, cancel=cancel, on_progress=on_progress)
+            yield from plan(self.objects, self._known, mesh, asked, deadline, cancel=cancel, on_progress=on_progress)
         )
 
     @stream
@@ -131,12 +131,12 @@ class _Operations(Bound[Mode], Generic[Mode]):
             cancel: Whether jobs that have not ended are cancelled when the iteration is left.
             **options: See `plan`.
         """
-        order = PlanOrder.of(options)
+        asked = PlanRequest.of(options)
         yield from plan_many(
             self.objects,
             self._known,
             meshes,
-            order,
+            asked,
             folder=folder,
             at_once=at_once,
             progress=progress,

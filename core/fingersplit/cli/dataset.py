@@ -13,8 +13,8 @@ from fingersplit.cli.values import named_values
 from fingersplit.errors import DatasetError
 
 if TYPE_CHECKING:
-    from fingersplit.dataset.order import DatasetOrder
     from fingersplit.dataset.planners import Planner
+    from fingersplit.dataset.request import DatasetRequest
     from fingersplit.dataset.running import DatasetProgress
 
 __all__ = ["dataset"]
@@ -76,11 +76,11 @@ def dataset(
     The same command goes on where it was stopped or killed; nothing is lost or planned twice. Shards can be read while
     more are written, `summary.html` shows the whole, and `fingersplit export FOLDER --format ...` converts it.
     """
-    from fingersplit.dataset.order import DatasetOrder, find_objects
+    from fingersplit.dataset.request import DatasetRequest, find_objects
     from fingersplit.dataset.running import make_dataset
     from fingersplit.dataset.summary import write_summary
 
-    order = DatasetOrder(
+    request = DatasetRequest(
         hand=hand,
         per_object=per_object,
         verified=verified,
@@ -102,14 +102,14 @@ def dataset(
         split=split,
         licence=licence,
     )
-    _check(order)
+    _check(request)
     items, files, remarks = find_objects(objects, split)
     planner = _planner(server, api_key, workers, len(items))
     console = Console(stderr=True)
     for remark in remarks:
         console.print(remark, highlight=False, markup=False)
     with _shown(console) as show:
-        last = make_dataset(output, order, items, files, planner, retry_failed=retry_failed, progress=show)
+        last = make_dataset(output, request, items, files, planner, retry_failed=retry_failed, progress=show)
     page = write_summary(output)
     typer.echo(f"{last.message}\nWrote {output} and {page}.")
     if last.failed:
@@ -132,7 +132,7 @@ def _constraints(scene: str | None, approach: list[str]) -> dict[str, Any]:
     return {name: value for name, value in document.items() if value != usual[name]}
 
 
-def _check(order: "DatasetOrder") -> None:
+def _check(request: "DatasetRequest") -> None:
     """Refuse what no object can be planned with, before anything is begun."""
     from fingersplit.contacts.friction import planned_friction
     from fingersplit.hands.hand import load_hand
@@ -143,14 +143,14 @@ def _check(order: "DatasetOrder") -> None:
     from fingersplit.verification.controllers import load_controller
     from fingersplit.verification.protocols import load_protocol
 
-    load_hand(order.hand)
-    ObjectSource(order.unit, order.scale, None)
-    ObjectOptions(order.density, order.mass, order.friction, order.fairing)
-    planned_friction(order.friction)
-    PlannerSettings.from_document(order.planner)
-    load_source(order.source)
-    load_protocol(order.protocol)
-    load_controller(order.controller)
+    load_hand(request.hand)
+    ObjectSource(request.unit, request.scale, None)
+    ObjectOptions(request.density, request.mass, request.friction, request.fairing)
+    planned_friction(request.friction)
+    PlannerSettings.from_document(request.planner)
+    load_source(request.source)
+    load_protocol(request.protocol)
+    load_controller(request.controller)
 
 
 def _planner(server: str | None, api_key: str | None, workers: int | None, objects: int) -> "Planner":

@@ -1,23 +1,23 @@
 """Data sets: many grasps of many objects in shards that can be read while more are written.
 
-A name loads what it needs when it is first used: what only names an order needs neither planner nor HDF5.
+A name loads what it needs when it is first used: what only names a request needs neither planner nor HDF5.
 """
 
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from fingersplit.dataset.order import DatasetOrder, find_objects
     from fingersplit.dataset.reading import Dataset, Shard
+    from fingersplit.dataset.request import DatasetRequest, find_objects
     from fingersplit.dataset.running import make_dataset
 
-__all__ = ["Dataset", "DatasetOrder", "Shard", "find_objects", "make_dataset"]
+__all__ = ["Dataset", "DatasetRequest", "Shard", "find_objects", "make_dataset"]
 
 _HOME = {
     "Dataset": "reading",
-    "DatasetOrder": "order",
+    "DatasetRequest": "request",
     "Shard": "reading",
-    "find_objects": "order",
+    "find_objects": "request",
     "make_dataset": "running",
 }
 

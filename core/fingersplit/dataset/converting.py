@@ -6,8 +6,8 @@ import numpy as np
 
 from fingersplit.dataset.layouts import available_layouts
 from fingersplit.dataset.layouts.layout import ConvertedObject, Layout
-from fingersplit.dataset.order import SPLITS, DatasetObject
 from fingersplit.dataset.reading import Dataset, Shard
+from fingersplit.dataset.request import SPLITS, DatasetObject
 from fingersplit.errors import FormatError, OutputError, suggestion
 
 __all__ = ["convert"]

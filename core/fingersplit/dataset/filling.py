@@ -4,7 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from fingersplit.dataset.folder import DatasetFolder
-from fingersplit.dataset.order import BARREN, MAX_ROUND, DatasetObject, DatasetOrder
+from fingersplit.dataset.request import BARREN, MAX_ROUND, DatasetObject, DatasetRequest
 from fingersplit.dataset.shards import selection, shard_path, write_shard
 from fingersplit.errors import DatasetError, FingersplitError, ObjectFileError
 from fingersplit.hands.hand import Hand
@@ -29,13 +29,13 @@ class ObjectRefusedError(FingersplitError):
 
 
 def fill_object(
-    folder: Path, order: DatasetOrder, item: DatasetObject, prepare: Callable[[], tuple[Hand, PlanRound]]
+    folder: Path, request: DatasetRequest, item: DatasetObject, prepare: Callable[[], tuple[Hand, PlanRound]]
 ) -> None:
     """Plan round after round; every round is on disk before the next begins.
 
     Args:
         folder: The data set's folder.
-        order: What it is to hold.
+        request: What it is to hold.
         item: The object.
         prepare: Gives the hand, and what plans a round.
     """
@@ -46,16 +46,16 @@ def fill_object(
     try:
         hand, plan_round = prepare()
         message = ""
-        while (have := sum(counts)) < order.per_object:
-            if number >= order.max_rounds or (len(counts) >= BARREN and not any(counts[-BARREN:])):
+        while (have := sum(counts)) < request.per_object:
+            if number >= request.max_rounds or (len(counts) >= BARREN and not any(counts[-BARREN:])):
                 raise ObjectRefusedError(
-                    "too_few_grasps", f"{have} of {order.per_object} grasps after {number} rounds. {message}".rstrip()
+                    "too_few_grasps", f"{have} of {request.per_object} grasps after {number} rounds. {message}".rstrip()
                 )
-            missing = min(order.per_object - have, MAX_ROUND)
+            missing = min(request.per_object - have, MAX_ROUND)
             result = plan_round(number, missing)
-            chosen = selection(result, order.verified, missing)
+            chosen = selection(result, request.verified, missing)
             path = shard_path(folder, item, number)
-            write_shard(path, item, order, number, chosen, result, result.active_grip(hand))
+            write_shard(path, item, request, number, chosen, result, result.active_grip(hand))
             counts.append(int(chosen.sum()))
             number, message = number + 1, result.message
     except ObjectFileError as error:

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from fingersplit.dataset.order import SCHEMA, SCHEMA_VERSION, SPLITS, DatasetObject, DatasetOrder, manifest_of
+from fingersplit.dataset.request import SCHEMA, SCHEMA_VERSION, SPLITS, DatasetObject, DatasetRequest, manifest_of
 from fingersplit.dataset.shards import PART, ShardHead, read_head
 from fingersplit.errors import DatasetError
 
@@ -30,8 +30,8 @@ class DatasetFolder:
         self.path = path
 
     @contextmanager
-    def begun(self, order: DatasetOrder, objects: Sequence[DatasetObject]) -> Iterator[None]:
-        """Write to it, alone: a new folder, or one that was begun with the same order and objects.
+    def begun(self, request: DatasetRequest, objects: Sequence[DatasetObject]) -> Iterator[None]:
+        """Write to it, alone: a new folder, or one that was begun for the same request and objects.
 
         Raises:
             DatasetError: Another program writes to it, it was begun with another order, or it cannot be written.
@@ -46,15 +46,15 @@ class DatasetFolder:
                 fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except OSError as error:
                 raise DatasetError(f"Another program is writing to {self.path}.") from error
-            self._claim(order, objects)
+            self._claim(request, objects)
             for split in (*SPLITS, FAILED):
                 (self.path / split).mkdir(exist_ok=True)
             for part in self.path.glob(f"*/*{PART}"):
                 part.unlink(missing_ok=True)
             yield
 
-    def _claim(self, order: DatasetOrder, objects: Sequence[DatasetObject]) -> None:
-        manifest = manifest_of(order, objects)
+    def _claim(self, request: DatasetRequest, objects: Sequence[DatasetObject]) -> None:
+        manifest = manifest_of(request, objects)
         file = self.path / MANIFEST
         if not file.exists():
             if any(child.name != LOCK for child in self.path.iterdir()):
@@ -81,9 +81,9 @@ class DatasetFolder:
             )
         return document
 
-    def order(self) -> DatasetOrder:
+    def request(self) -> DatasetRequest:
         """What the data set is to hold."""
-        return DatasetOrder.from_document(self.manifest()["order"])
+        return DatasetRequest.from_document(self.manifest()["order"])
 
     def objects(self) -> list[DatasetObject]:
         """Its objects."""

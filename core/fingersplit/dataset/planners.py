@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from fingersplit.dataset.filling import PlanRound, fill_object
-from fingersplit.dataset.order import DatasetObject, DatasetOrder
+from fingersplit.dataset.request import DatasetObject, DatasetRequest
 from fingersplit.hands.hand import Hand, load_hand
 from fingersplit.objects.options import ObjectOptions
 from fingersplit.result.plan import PlanResult
@@ -28,7 +28,7 @@ class ObjectTask:
     """One object to fill: the data set's folder and order, the object and its file."""
 
     folder: Path
-    order: DatasetOrder
+    request: DatasetRequest
     item: DatasetObject
     file: Path
 
@@ -135,7 +135,7 @@ def _end_with_parent() -> None:
 
 
 def _fill_here(task: ObjectTask, threads: int) -> None:
-    fill_object(task.folder, task.order, task.item, lambda: _local_rounds(task, threads))
+    fill_object(task.folder, task.request, task.item, lambda: _local_rounds(task, threads))
 
 
 def _local_rounds(task: ObjectTask, threads: int) -> tuple[Hand, PlanRound]:
@@ -147,20 +147,26 @@ def _local_rounds(task: ObjectTask, threads: int) -> tuple[Hand, PlanRound]:
     from fingersplit.splitting.settings import PlannerSettings
     from fingersplit.verification import verify_ranked
 
-    order = task.order
-    hand, options = load_hand(order.hand), ObjectOptions(order.density, order.mass, order.friction, order.fairing)
-    model = load_object(task.file, unit=order.unit, scale=order.scale, name=task.item.name, options=options)
-    settings, constraints = PlannerSettings.from_document(order.planner), Constraints.from_document(order.constraints)
-    pieces = decompose(model.mesh) if order.verified else None
+    request = task.request
+    hand, options = (
+        load_hand(request.hand),
+        ObjectOptions(request.density, request.mass, request.friction, request.fairing),
+    )
+    model = load_object(task.file, unit=request.unit, scale=request.scale, name=task.item.name, options=options)
+    settings, constraints = (
+        PlannerSettings.from_document(request.planner),
+        Constraints.from_document(request.constraints),
+    )
+    pieces = decompose(model.mesh) if request.verified else None
 
     def plan_round(number: int, missing: int) -> PlanResult:
         result = plan(
             model,
             hand,
-            source=order.source,
-            starts=order.starts,
-            seed=order.round_seed(number),
-            top_k=order.top_k,
+            source=request.source,
+            starts=request.starts,
+            seed=request.round_seed(number),
+            top_k=request.top_k,
             settings=settings,
             constraints=constraints,
             threads=threads,
@@ -173,9 +179,9 @@ def _local_rounds(task: ObjectTask, threads: int) -> tuple[Hand, PlanRound]:
             hand,
             pieces,
             verified=missing,
-            protocol=order.protocol,
-            controller=order.controller,
-            friction=order.simulated_friction,
+            protocol=request.protocol,
+            controller=request.controller,
+            friction=request.simulated_friction,
             threads=threads,
         )
 
@@ -183,29 +189,31 @@ def _local_rounds(task: ObjectTask, threads: int) -> tuple[Hand, PlanRound]:
 
 
 def _fill_there(task: ObjectTask, plan: PlanRemotely) -> None:
-    fill_object(task.folder, task.order, task.item, lambda: _remote_rounds(task, plan))
+    fill_object(task.folder, task.request, task.item, lambda: _remote_rounds(task, plan))
 
 
 def _remote_rounds(task: ObjectTask, plan: PlanRemotely) -> tuple[Hand, PlanRound]:
     """The hand, and what has a round of an object planned by a service."""
     from fingersplit.dataset.filling import ObjectRefusedError
 
-    order = task.order
+    request = task.request
     told: dict[str, Any] = {
-        **{name: getattr(order, name) for name in ("hand", "unit", "scale", "density", "mass", "friction", "fairing")},
-        **{name: getattr(order, name) for name in ("starts", "top_k", "source", "planner", "protocol", "controller")},
-        **order.constraints,
+        **{
+            name: getattr(request, name) for name in ("hand", "unit", "scale", "density", "mass", "friction", "fairing")
+        },
+        **{name: getattr(request, name) for name in ("starts", "top_k", "source", "planner", "protocol", "controller")},
+        **request.constraints,
         "name": task.item.name,
-        "simulated_friction": order.simulated_friction,
+        "simulated_friction": request.simulated_friction,
         "recording": False,
         "verify_first": False,
     }
 
     def plan_round(number: int, missing: int) -> PlanResult:
-        verified = missing if order.verified else 0
-        document = plan(task.file, told | {"seed": order.round_seed(number), "verified": verified})
+        verified = missing if request.verified else 0
+        document = plan(task.file, told | {"seed": request.round_seed(number), "verified": verified})
         if "error" in document:
             raise ObjectRefusedError(document["code"], document["error"])
         return PlanResult.from_dict(document)
 
-    return load_hand(order.hand), plan_round
+    return load_hand(request.hand), plan_round

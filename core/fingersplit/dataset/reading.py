@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingersplit.dataset.folder import DatasetFolder
-from fingersplit.dataset.order import SPLITS, DatasetObject, DatasetOrder
+from fingersplit.dataset.request import SPLITS, DatasetObject, DatasetRequest
 from fingersplit.errors import DatasetError
 from fingersplit.extras import extra
 
@@ -89,7 +89,7 @@ class Dataset:
     def __init__(self, path: Path) -> None:
         self.path = path
         folder = DatasetFolder(path)
-        self.order: DatasetOrder = folder.order()
+        self.request: DatasetRequest = folder.request()
         self.objects: list[DatasetObject] = folder.objects()
         self._folder = folder
 

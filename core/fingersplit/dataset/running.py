@@ -7,8 +7,8 @@ from pathlib import Path
 from time import perf_counter
 
 from fingersplit.dataset.folder import DatasetFolder
-from fingersplit.dataset.order import DatasetObject, DatasetOrder
 from fingersplit.dataset.planners import ObjectTask, Planner
+from fingersplit.dataset.request import DatasetObject, DatasetRequest
 from fingersplit.dataset.shards import ShardHead
 from fingersplit.errors import DatasetError
 
@@ -55,7 +55,7 @@ class DatasetProgress:
 
 def make_dataset(
     folder: Path,
-    order: DatasetOrder,
+    request: DatasetRequest,
     objects: Sequence[DatasetObject],
     files: Sequence[Path],
     planner: Planner,
@@ -69,7 +69,7 @@ def make_dataset(
 
     Args:
         folder: Where the data set is.
-        order: What it is to hold.
+        request: What it is to hold.
         objects: Its objects, from ``find_objects``.
         files: Their files, in the same order.
         planner: What plans a round, and how many at a time.
@@ -80,12 +80,12 @@ def make_dataset(
         DatasetError: The folder cannot be used.
     """
     kept = DatasetFolder(folder)
-    with kept.begun(order, objects):
+    with kept.begun(request, objects):
         if retry_failed:
             kept.forget_failures()
-        ledger = _Ledger(kept, order, objects)
+        ledger = _Ledger(kept, request, objects)
         tasks = [
-            ObjectTask(folder, order, item, file.absolute())
+            ObjectTask(folder, request, item, file.absolute())
             for item, file in zip(objects, files, strict=True)
             if not ledger.is_done(item)
         ]
@@ -125,8 +125,8 @@ def _work_off(tasks: Sequence[ObjectTask], planner: Planner, kept: DatasetFolder
 class _Ledger:
     """What is on disk, counted."""
 
-    def __init__(self, kept: DatasetFolder, order: DatasetOrder, objects: Sequence[DatasetObject]) -> None:
-        self._kept, self._order, self._objects = kept, order, objects
+    def __init__(self, kept: DatasetFolder, request: DatasetRequest, objects: Sequence[DatasetObject]) -> None:
+        self._kept, self._order, self._objects = kept, request, objects
         self._heads = dict[Path, ShardHead]()
         self._began = perf_counter()
         self._read()

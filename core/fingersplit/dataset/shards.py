@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingersplit.dataset.columns import COLUMNS, TEXT, metric_names, rows_of
-from fingersplit.dataset.order import SCHEMA, SCHEMA_VERSION, DatasetObject, DatasetOrder
+from fingersplit.dataset.request import SCHEMA, SCHEMA_VERSION, DatasetObject, DatasetRequest
 from fingersplit.errors import DatasetError
 from fingersplit.extras import extra
 from fingersplit.hands.hand import Hand
@@ -68,7 +68,7 @@ def selection(result: PlanResult, verified: bool, missing: int) -> NDArray[np.bo
 def write_shard(
     path: Path,
     item: DatasetObject,
-    order: DatasetOrder,
+    request: DatasetRequest,
     number: int,
     chosen: NDArray[np.bool_],
     result: PlanResult,
@@ -79,7 +79,7 @@ def write_shard(
     Args:
         path: From ``shard_path``.
         item: The object.
-        order: The order.
+        request: The order.
         number: Number of the round.
         chosen: Which grasps count, from ``selection``.
         result: The round.
@@ -89,7 +89,7 @@ def write_shard(
         import h5py
     part = path.with_name(f"{path.name}.{os.getpid()}{PART}")
     with h5py.File(part, "w") as file:
-        file.attrs.update(_root(item, order, number, result, int(chosen.sum())))
+        file.attrs.update(_root(item, request, number, result, int(chosen.sum())))
         _write_about(file, result, hand)
         grasps = file.create_group("grasps")
         grasps.attrs["metric_names"] = metric_names(result)
@@ -120,13 +120,15 @@ def read_head(path: Path) -> ShardHead:
         raise DatasetError(f"{path} is damaged; delete it, and its round is planned again.") from error
 
 
-def _root(item: DatasetObject, order: DatasetOrder, number: int, result: PlanResult, selected: int) -> dict[str, Any]:
+def _root(
+    item: DatasetObject, request: DatasetRequest, number: int, result: PlanResult, selected: int
+) -> dict[str, Any]:
     verdicts = [one.verification.passed for one in result.grasps if one.verification is not None]
     return {
         "schema": SCHEMA,
         "schema_version": SCHEMA_VERSION,
         "generator": f"fingersplit {result.provenance.software_version}",
-        "licence": order.licence,
+        "licence": request.licence,
         "split": item.split,
         "object_index": item.index,
         "object_file": item.file,

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from fingersplit.dataset.folder import write_whole
-from fingersplit.dataset.order import SPLITS
 from fingersplit.dataset.reading import Dataset, Shard
+from fingersplit.dataset.request import SPLITS
 from fingersplit.extras import extra
 
 __all__ = ["write_summary"]
@@ -83,17 +83,17 @@ def write_summary(folder: Path) -> Path:
 
 
 def _page(dataset: Dataset, counted: _Counts) -> str:
-    order, failures = dataset.order, dataset.failures()
-    wanted = order.per_object * len(dataset.objects)
-    what = "grasps that held" if order.verified else "feasible grasps"
+    request, failures = dataset.request, dataset.failures()
+    wanted = request.per_object * len(dataset.objects)
+    what = "grasps that held" if request.verified else "feasible grasps"
     said = {
-        "hand": order.hand,
-        "asked for": f"{order.per_object} {what} of each of {len(dataset.objects)} objects: {wanted}",
+        "hand": request.hand,
+        "asked for": f"{request.per_object} {what} of each of {len(dataset.objects)} objects: {wanted}",
         "there": counted.grasps["asked for"],
-        "protocol": f"{order.protocol}, controller {order.controller}" if order.verified else "none",
-        "scene": ", ".join(order.constraints) or "none",
-        "seed": order.seed,
-        "licence": order.licence,
+        "protocol": f"{request.protocol}, controller {request.controller}" if request.verified else "none",
+        "scene": ", ".join(request.constraints) or "none",
+        "seed": request.seed,
+        "licence": request.licence,
     }
     splits = [
         (name, counts["objects"], counts["asked for"], counts["feasible"], counts["held"])

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import NoReturn
 
-from fingersplit.dataset.order import BARREN, MAX_ROUND
+from fingersplit.dataset.request import BARREN, MAX_ROUND
 from fingersplit.errors import ResultError
 from fingersplit_client.schemas import DatasetCreate, JobCreate
 from fingersplit_service.blobs import BlobsUnavailable

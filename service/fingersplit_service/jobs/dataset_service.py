@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Literal, cast
 from uuid import uuid4
 
-from fingersplit.dataset.order import MAX_ROUND, DatasetObject, DatasetOrder, divide, manifest_of
+from fingersplit.dataset.request import MAX_ROUND, DatasetObject, DatasetRequest, divide, manifest_of
 from fingersplit_client.schemas import Dataset, DatasetCreate, DatasetSummary, ObjectInfo
 from fingersplit_client.schemas import DatasetError as DatasetFault
 from fingersplit_client.schemas import DatasetObject as DatasetItem
@@ -153,7 +153,7 @@ class DatasetService:
         job = asked.job.model_dump(mode="json")
         constraints = ("scene", "approach", "contact_regions", "task", "end_effector")
         same = ("hand", "starts", "seed", "protocol", "controller", "simulated_friction", "source", "planner")
-        order = DatasetOrder(
+        order = DatasetRequest(
             **alike,
             **{name: job[name] for name in same},
             per_object=asked.per_object,

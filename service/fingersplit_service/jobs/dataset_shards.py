@@ -3,7 +3,7 @@
 import json
 from dataclasses import dataclass
 
-from fingersplit.dataset.order import DatasetObject, DatasetOrder
+from fingersplit.dataset.request import DatasetObject, DatasetRequest
 from fingersplit_service.jobs.hand_work import stored_hand
 from fingersplit_service.storage import Storage
 
@@ -49,4 +49,4 @@ def write_shard_of(storage: Storage, task: ShardTask) -> None:
     hand = result.active_grip(stored_hand(storage, result.hand))
     chosen = selection(result, task.verified, task.missing)
     with storage.atomic(storage.view(task.job_id, 0, SHARD), durable=False, make_folder=False) as staged:
-        write_shard(staged, task.item, DatasetOrder(licence=task.licence), task.number, chosen, result, hand)
+        write_shard(staged, task.item, DatasetRequest(licence=task.licence), task.number, chosen, result, hand)

@@ -7,11 +7,11 @@ import json
 import sys
 from pathlib import Path
 
-from fingersplit.dataset.order import DatasetOrder, find_objects
 from fingersplit.dataset.planners import ServicePlanner
+from fingersplit.dataset.request import DatasetRequest, find_objects
 from fingersplit.dataset.running import make_dataset
 
-ORDER = DatasetOrder(per_object=24, starts=12, seed=5)
+ORDER = DatasetRequest(per_object=24, starts=12, seed=5)
 
 
 def main(folder, stored, objects):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from fingersplit.dataset import Dataset, DatasetOrder, find_objects
+from fingersplit.dataset import Dataset, DatasetRequest, find_objects
 from fingersplit.dataset.converting import convert
 from fingersplit.dataset.folder import DatasetFolder
 from fingersplit.dataset.layouts import available_layouts
@@ -22,7 +22,7 @@ def dataset(tmp_path_factory, mixed, barrett):
     """One object in millimetres, two rounds of the same grasps."""
     folder = tmp_path_factory.mktemp("layouts")
     (folder / "box.ply").write_bytes(b"box")
-    order = DatasetOrder(verified=True, per_object=4, unit="mm", licence="CC0-1.0")
+    order = DatasetRequest(verified=True, per_object=4, unit="mm", licence="CC0-1.0")
     items, _, _ = find_objects([folder / "box.ply"], order.split)
     kept = DatasetFolder(folder / "set")
     with kept.begun(order, items):

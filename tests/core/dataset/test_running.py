@@ -11,10 +11,10 @@ from pathlib import Path
 import h5py
 import pytest
 
-from fingersplit.dataset import Dataset, DatasetOrder, find_objects, make_dataset
+from fingersplit.dataset import Dataset, DatasetRequest, find_objects, make_dataset
 from fingersplit.dataset.folder import DatasetFolder
-from fingersplit.dataset.order import SPLITS
 from fingersplit.dataset.planners import LocalPlanner
+from fingersplit.dataset.request import SPLITS
 from fingersplit.errors import DatasetError
 from fingersplit.objects.parametric import PARAMETRIC_OBJECTS
 from fingersplit.result import write_result
@@ -99,7 +99,7 @@ def test_small_objects_are_planned_in_processes(tmp_path):
     for name in ("box", "cylinder"):
         PARAMETRIC_OBJECTS[name]().trimesh.export(files / f"{name}.ply")
     (files / "bad.ply").write_bytes(b"ply")
-    order = DatasetOrder(per_object=5, starts=6, max_rounds=4, mass=0.2, seed=1)
+    order = DatasetRequest(per_object=5, starts=6, max_rounds=4, mass=0.2, seed=1)
     items, paths, _ = find_objects([files], order.split)
     seen = []
     last = make_dataset(tmp_path / "set", order, items, paths, LocalPlanner(2), progress=seen.append)
@@ -122,7 +122,7 @@ def test_an_object_is_given_up_when_rounds_find_nothing(tmp_path, verified_box, 
 
     nothing = replace(verified_box, grasps=())
     (tmp_path / "a.ply").write_bytes(b"a")
-    order = DatasetOrder(per_object=5)
+    order = DatasetRequest(per_object=5)
     items, _, _ = find_objects([tmp_path / "a.ply"], order.split)
     folder = DatasetFolder(tmp_path / "set")
     with folder.begun(order, items):
@@ -135,7 +135,7 @@ def test_an_object_is_given_up_when_rounds_find_nothing(tmp_path, verified_box, 
 
 def test_another_order_or_a_second_writer_is_refused(tmp_path):
     (tmp_path / "a.ply").write_bytes(b"a")
-    order = DatasetOrder(per_object=5)
+    order = DatasetRequest(per_object=5)
     items, _, _ = find_objects([tmp_path / "a.ply"], order.split)
     folder = DatasetFolder(tmp_path / "set")
     second = pytest.raises(DatasetError, match="Another program is writing")
@@ -143,7 +143,7 @@ def test_another_order_or_a_second_writer_is_refused(tmp_path):
         pass
     with (
         pytest.raises(DatasetError, match="was begun with per_object = 5, not 6"),
-        folder.begun(DatasetOrder(per_object=6), items),
+        folder.begun(DatasetRequest(per_object=6), items),
     ):
         pass
     with (

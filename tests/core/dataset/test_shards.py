@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from fingersplit.dataset.columns import COLUMNS
-from fingersplit.dataset.order import DatasetObject, DatasetOrder
 from fingersplit.dataset.reading import read_shard
+from fingersplit.dataset.request import DatasetObject, DatasetRequest
 from fingersplit.dataset.shards import PART, read_head, selection, shard_path, write_shard
 from fingersplit.errors import DatasetError
 
 ITEM = DatasetObject(7, "a box!", "a box!.ply", "0" * 64, "train")
-ORDER = DatasetOrder(verified=True, per_object=2, licence="CC-BY-4.0")
+ORDER = DatasetRequest(verified=True, per_object=2, licence="CC-BY-4.0")
 
 
 @pytest.fixture

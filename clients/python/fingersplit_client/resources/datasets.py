@@ -44,7 +44,7 @@ class Datasets(Resource[Mode], Generic[Mode]):
             licence: Licence of the data set.
         """
         ids = [one if isinstance(one, str) else one.id for one in objects]
-        order = DatasetCreate(
+        asked = DatasetCreate(
             objects=ids,
             job=DatasetRound.model_validate(job or {}),
             name=name,
@@ -54,7 +54,7 @@ class Datasets(Resource[Mode], Generic[Mode]):
             split=split,
             licence=licence,
         )
-        return parse(Dataset, (yield from self._exchange("POST", "/v1/datasets", json=dump(order))))
+        return parse(Dataset, (yield from self._exchange("POST", "/v1/datasets", json=dump(asked))))
 
     @operation
     def get(self, dataset_id: str) -> Flow[Dataset]:

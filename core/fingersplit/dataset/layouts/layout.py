@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fingersplit.dataset.order import DatasetObject
 from fingersplit.dataset.reading import Shard
+from fingersplit.dataset.request import DatasetObject
 
 __all__ = ["ConvertedObject", "Layout"]
 

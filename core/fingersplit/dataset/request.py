@@ -16,7 +16,7 @@ __all__ = [
     "SPLITS",
     "SUFFIXES",
     "DatasetObject",
-    "DatasetOrder",
+    "DatasetRequest",
     "divide",
     "find_objects",
     "manifest_of",
@@ -59,7 +59,7 @@ class DatasetObject:
 
 
 @dataclass(frozen=True)
-class DatasetOrder:
+class DatasetRequest:
     """Everything that the grasps of a data set depend on, beside the objects: equal orders give equal grasps.
 
     Attributes:
@@ -112,7 +112,7 @@ class DatasetOrder:
 
     @classmethod
     def from_document(cls, document: dict[str, Any]) -> Self:
-        """The order that a data set's manifest holds.
+        """The request that a data set's manifest holds.
 
         Raises:
             DatasetError: It has other fields.
@@ -121,12 +121,12 @@ class DatasetOrder:
         if document.keys() != known:
             different = sorted(document.keys() ^ known)
             raise DatasetError(
-                f"The manifest's order has other fields than this version knows: {', '.join(different)}."
+                f"The manifest's 'order' has other fields than this version knows: {', '.join(different)}."
             )
         return cls(**document | {"split": tuple(document["split"])})
 
     def to_document(self) -> dict[str, Any]:
-        """The order as plain JSON data."""
+        """The request as plain JSON data."""
         return asdict(self) | {"split": list(self.split)}
 
     def round_seed(self, number: int) -> int:
@@ -172,12 +172,12 @@ def find_objects(paths: Iterable[Path], split: Sequence[float]) -> tuple[list[Da
     return objects, [files[sha] for sha in names], remarks
 
 
-def manifest_of(order: DatasetOrder, objects: Sequence[DatasetObject]) -> dict[str, Any]:
+def manifest_of(request: DatasetRequest, objects: Sequence[DatasetObject]) -> dict[str, Any]:
     """What the manifest of a data set says."""
     return {
         "schema": SCHEMA,
         "schema_version": SCHEMA_VERSION,
-        "order": order.to_document(),
+        "order": request.to_document(),
         "objects": [asdict(item) for item in objects],
     }
 
