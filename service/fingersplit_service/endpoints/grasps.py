@@ -24,13 +24,13 @@ _GRASPS = TypeAdapter(list[Grasp])
 @router.get(_JOB + "/grasps", response_model=list[Grasp], summary="List a job's grasps", responses=_PROBLEMS)
 async def list_grasps(results: Results, principal: Reader, job_id: JobId) -> Response:
     """The ranked grasps, best first; none for a job that failed or was cancelled."""
-    return json_response(_GRASPS.dump_json(await results.grasps(principal.owner, job_id)).decode())
+    return json_response(_GRASPS.dump_json(await results.grasps(principal.owner, job_id), exclude_unset=True).decode())
 
 
 @router.get(_JOB + "/grasps/{rank}", response_model=Grasp, summary="Get a grasp", responses=_PROBLEMS)
 async def get_grasp(results: Results, principal: Reader, job_id: JobId, rank: Rank) -> Response:
     """One ranked grasp."""
-    return json_response((await results.grasp(principal.owner, job_id, rank)).model_dump_json())
+    return json_response((await results.grasp(principal.owner, job_id, rank)).model_dump_json(exclude_unset=True))
 
 
 @router.get(_JOB + "/verification", summary="See what simulation showed", responses=_PROBLEMS)

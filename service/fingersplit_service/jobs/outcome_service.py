@@ -62,7 +62,7 @@ class OutcomeService:
             p_hold_tier=None if predicted is None else predicted.tier,
             created_at=datetime.now(UTC),
         )
-        await self._store.add(owner, outcome, grasp.model_dump_json(include=_KEPT))
+        await self._store.add(owner, outcome, grasp.model_dump_json(include=_KEPT, exclude_unset=True))
         return outcome
 
     async def page(
