@@ -122,7 +122,8 @@ def scene(
 ) -> Part:
     """The world around the object: obstacles, support surfaces, the object's pose, and where the palm may be [m].
 
-    Without ``object_pose`` the object rests on the first support in its likeliest stable pose.
+    Without ``object_pose`` the object rests on the first support, as a cloud says it stood or else in its likeliest
+    stable pose.
     """
     part: Part = {
         "frame": frame,

@@ -40,6 +40,13 @@ def plan(
         tuple[float, float, float] | None,
         typer.Option(help="Where the camera stood that saw the point cloud, in the file's frame and unit."),
     ] = None,
+    support: Annotated[
+        tuple[float, float, float, float] | None,
+        typer.Option(
+            help="Plane that the object of a point cloud stands on, in the file's frame and unit: normal on its side "
+            "and offset along it. The side that one view did not see is then assumed."
+        ),
+    ] = None,
     complete: Annotated[
         bool,
         typer.Option(
@@ -159,7 +166,11 @@ def plan(
     chosen_protocol, chosen_controller = load_protocol(protocol), load_controller(controller)
     with progress_bar() as report:
         report("preparing the object", 0.0)
-        support = None if not complete else support_in_file(constraints.scene, ObjectSource(unit, scale), file)
+        source_of_file = ObjectSource(unit, scale, viewpoint, support)
+        if not complete:
+            support = None
+        elif support is None:
+            support = support_in_file(constraints.scene, source_of_file, file)
         model = load_object(file, unit=unit, scale=scale, viewpoint=viewpoint, support=support, options=options)
         imported = None
         if parallel_grasps is not None:

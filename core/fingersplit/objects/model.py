@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from fingersplit.objects.cloud.checks import ONE_SIDED
 from fingersplit.objects.grid import PointGrid
 from fingersplit.objects.intake.report import CloudReport, IntakeReport
 from fingersplit.objects.mass import MassProperties
@@ -49,6 +50,8 @@ class ObjectModel:
         mass_properties: Mass, volume, centre of mass and inertia.
         seen: Share of the closed surface's area that is known, 1 for a mesh.
         assumed_samples: Which samples of the surface were not seen but assumed, (n,); none of a mesh's.
+        support: Plane that a cloud says the object stands on: unit normal on its side and offset [m], (4,); None for
+            none.
     """
 
     name: str
@@ -66,6 +69,7 @@ class ObjectModel:
     mass_properties: MassProperties
     seen: float
     assumed_samples: NDArray[np.bool_]
+    support: NDArray[np.float64] | None = None
 
     @property
     def id(self) -> str:
@@ -99,6 +103,13 @@ class ObjectModel:
             f"these are missing, few or noisy, was closed over. Its volume ({volume}), mass and centre of mass are "
             "uncertain, and what is thin or hollow may have been filled."
         )
+
+    @property
+    def one_sided(self) -> bool:
+        """Whether it is a cloud of which one side was seen and nothing assumed, so that its shape is not known."""
+        if self.seen >= 1.0 or self.assumed:
+            return False
+        return float(np.linalg.norm(self.surface.normals.mean(axis=0))) > ONE_SIDED
 
     @property
     def assumed(self) -> float:
@@ -145,6 +156,8 @@ class ObjectModel:
         arrays = dict[str, NDArray[Any]]()
         for part in _COMPUTED:
             arrays.update(packed(getattr(self, part), part + "/"))
+        if self.support is not None:
+            arrays["support"] = self.support
         return arrays | {
             "seen": np.array(self.seen),
             "assumed_samples": self.assumed_samples,
@@ -163,7 +176,7 @@ class ObjectModel:
         """The model that `to_arrays` took apart, on the same arrays."""
         parts = {part: unpacked(kind, arrays, part + "/") for part, kind in _COMPUTED.items()}
         numbers = {name: arrays[name].item() for name in ("shape_hash", "seen")}
-        parts["assumed_samples"] = arrays["assumed_samples"]
+        parts |= {"assumed_samples": arrays["assumed_samples"], "support": arrays.get("support")}
         return cls(name=name, options=options, source=source, report=report, **numbers, **parts)
 
 

@@ -77,6 +77,7 @@ def prepare_object(
         mass_properties=frozen(mass_properties(outline.closed, options)),
         seen=1.0 - float(assumed.mean()) if outline.seen is outline.closed else outline.seen.area / outline.closed.area,
         assumed_samples=assumed,
+        support=shape.support if isinstance(shape, PointCloud) else None,
     )
 
 

@@ -19,7 +19,7 @@ from fingersplit.scene.limits import build_limits
 from fingersplit.scene.obstacles import HALF_SPACE, PRIMITIVE, SceneArrays
 from fingersplit.scene.points_kernel import bounds_of, least_along, points_within
 from fingersplit.scene.shapes import Pose
-from fingersplit.scene.stable_pose import likeliest_pose
+from fingersplit.scene.stable_pose import likeliest_pose, standing_pose
 from fingersplit.scene.world import Obstacle, SupportSurface
 
 __all__ = ["ObstacleMesh", "PreparedScene", "hand_reach", "prepare_scene"]
@@ -101,11 +101,11 @@ def prepare_scene(constraints: Constraints, model: ObjectModel, hand: Hand) -> P
         hand: The hand, attached bodies included.
 
     Raises:
-        SceneError: An obstacle names an object whose model is not there.
+        SceneError: An obstacle names an object whose model is not there, or a cloud's pose is needed.
     """
     scene, share = constraints.scene, None
     if scene.object_pose is None and scene.support_surfaces:
-        resting, share = likeliest_pose(model)
+        resting, share = _resting(model)
         pose = scene.support_surfaces[0].scene_from_surface @ resting
         scene = replace(scene, object_pose=Pose.from_matrix(pose))
         constraints = replace(constraints, scene=scene)
@@ -126,6 +126,20 @@ def prepare_scene(constraints: Constraints, model: ObjectModel, hand: Hand) -> P
         tuple(gatherer.meshes),
         tuple(gatherer.warnings),
     )
+
+
+def _resting(model: ObjectModel) -> tuple[NDArray[np.float64], float | None]:
+    """How an object without a pose rests on a support, and how likely; as its cloud stood, where that is known."""
+    standing = standing_pose(model)
+    if standing is not None:
+        return standing, None
+    if model.one_sided:
+        raise SceneError(
+            "scene.object_pose",
+            "is needed: the object is a point cloud that shows one side, from which its stable poses cannot be told. "
+            "Give its pose, or the plane that it stands on (support).",
+        )
+    return likeliest_pose(model)
 
 
 def hand_reach(hand: Hand) -> float:

@@ -10,7 +10,7 @@ from trimesh.poses import compute_stable_poses
 from fingersplit.errors import SceneError
 from fingersplit.objects.model import ObjectModel
 
-__all__ = ["likeliest_pose", "stable_poses"]
+__all__ = ["likeliest_pose", "stable_poses", "standing_pose"]
 
 _known: WeakKeyDictionary[ObjectModel, tuple[NDArray[np.float64], NDArray[np.float64]]] = WeakKeyDictionary()
 
@@ -58,6 +58,20 @@ def likeliest_pose(model: ObjectModel) -> tuple[NDArray[np.float64], float]:
     """The first of ``stable_poses`` (4, 4), and its share."""
     poses, shares = stable_poses(model)
     return poses[0], float(shares[0])
+
+
+def standing_pose(model: ObjectModel) -> NDArray[np.float64] | None:
+    """Pose on the plane z = 0 as its cloud was seen to stand, (4, 4); None where no support of it is known."""
+    if model.support is None:
+        return None
+    normal, offset = model.support[:3], float(model.support[3])
+    level = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))])
+    level /= np.linalg.norm(level)
+    pose = np.eye(4)
+    pose[:3, :3] = np.stack([level, np.cross(normal, level), normal])
+    pose[:2, 3] = -(pose[:2, :3] @ model.center_of_mass)
+    pose[2, 3] = -offset
+    return pose
 
 
 def _coarse_hull(vertices: NDArray[np.float64]) -> trimesh.Trimesh:

@@ -118,7 +118,8 @@ class Scene(Document):
     frame: str = entry(Text(), "Name of the frame that all poses of the scene are in.", "world")
     object_pose: Pose | None = entry(
         Record(Pose),
-        "world_from_object. When left out: the likeliest stable pose on the first support surface, or the identity.",
+        "world_from_object. When left out: on the first support surface, as a cloud says it stood or else in the "
+        "likeliest stable pose; or the identity.",
         None,
     )
     gravity: tuple[float, float, float] = entry(Vector((3,), "m/s^2", -100.0, 100.0), "Gravity, scene frame.", GRAVITY)

@@ -6,7 +6,7 @@ from scipy.spatial import cKDTree
 
 from fingersplit.objects.cloud.visibility import look_from_all_sides
 
-__all__ = ["belong", "contradict", "point_inwards"]
+__all__ = ["ONE_SIDED", "belong", "contradict", "point_inwards"]
 
 ONE_SIDED = 0.35
 """Least length of the mean normal of a cloud that was seen from one side; a closed surface has 0, a half ball 0.5."""

@@ -1,24 +1,30 @@
 """Clouds from one view of an object on a known support: what is assumed of the side that was not seen."""
 
 import io
+import json
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
+from fingersplit.cli.main import app
 from fingersplit.cli.scenes import support_in_file
-from fingersplit.errors import ObjectFileError
+from fingersplit.errors import ObjectFileError, SceneError
 from fingersplit.objects.cloud import PointCloud
 from fingersplit.objects.intake import read_bytes
 from fingersplit.objects.loading import load_object
 from fingersplit.objects.mesh import Mesh
+from fingersplit.objects.model import ObjectModel
 from fingersplit.objects.parametric import box, cylinder, sphere
 from fingersplit.objects.preparing import prepare_object
+from fingersplit.objects.scatter import scatter
 from fingersplit.objects.source import ObjectSource
 from fingersplit.planning.planning import plan
 from fingersplit.result.plan import PlanResult
-from fingersplit.scene import Scene, SupportSurface
+from fingersplit.scene import Constraints, Scene, SupportSurface
 from fingersplit.scene.from_view import scene_from_view
+from fingersplit.scene.preparing import prepare_scene
 from fingersplit.scene.shapes import Pose
 from fingersplit.transforms import rotation_from_wxyz, transform_points
 from fingersplit_bench.depth_views import Camera, look_at, render_view
@@ -177,3 +183,47 @@ def test_a_scene_says_what_the_object_of_a_cloud_stands_on(tmp_path):
 def test_a_support_of_three_numbers_is_refused():
     with pytest.raises(ObjectFileError, match="four numbers"):
         ObjectSource(support=(0.0, 0.0, 1.0))
+
+
+ON_TABLE = Constraints(Scene(support_surfaces=(SupportSurface(offset=0.7),)))
+
+
+def test_an_object_rests_on_a_table_as_its_cloud_stood(barrett):
+    cloud = viewed(standing(SHAPES["box"]))
+    model = prepare_object(cloud)
+    arrays = model.to_arrays()
+    for one in (model, ObjectModel.from_arrays(arrays, "box", model.options, model.source, None)):
+        prepared = prepare_scene(ON_TABLE, one, barrett)
+        in_world = transform_points(prepared.world_from_object, cloud.points)
+        assert in_world[:, 2] - 0.7 == pytest.approx(cloud.points @ cloud.support[:3] - cloud.support[3], abs=1e-9)
+        assert np.linalg.det(prepared.world_from_object[:3, :3]) == pytest.approx(1.0)
+        assert prepared.stable_pose_share is None
+
+
+def test_how_a_cloud_that_shows_one_side_rests_has_to_be_said(barrett):
+    model = prepare_object(viewed(standing(SHAPES["box"]), complete=False))
+    with pytest.raises(SceneError, match=r"object_pose is needed: .* shows one side"):
+        prepare_scene(ON_TABLE, model, barrett)
+    posed = replace(ON_TABLE.scene, object_pose=Pose((0.0, 0.0, 0.8)))
+    assert prepare_scene(Constraints(posed), model, barrett).world_from_object[2, 3] == 0.8
+
+    points, _ = scatter(SHAPES["box"], 3_000, np.random.default_rng(0))
+    all_around = prepare_object(PointCloud(points))
+    assert prepare_scene(ON_TABLE, all_around, barrett).stable_pose_share is not None
+
+
+def test_a_support_on_the_command_line_completes_a_cloud_and_is_its_table(tmp_path):
+    cloud = viewed(standing(SHAPES["cylinder"]))
+    file, result = tmp_path / "seen.npz", tmp_path / "result.json"
+    file.write_bytes(npz(points=cloud.points))
+    view = [f"{number:.6g}" for number in cloud.viewpoint]
+    plane = [f"{number:.6g}" for number in cloud.support]
+    arguments = ["plan", str(file), "--table", "--starts", "8", "--json", str(result), "--viewpoint", *view]
+
+    planned = CliRunner().invoke(app, [*arguments, "--support", *plane])
+    assert planned.exit_code in (0, 1), planned.output
+    document = PlanResult.from_dict(json.loads(result.read_text()))
+    assert document.object.assumed > 0.2
+    assert document.scene.stable_pose_share is None
+    refused = CliRunner().invoke(app, arguments)
+    assert "shows one side" in str(refused.exception)
