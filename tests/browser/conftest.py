@@ -24,7 +24,7 @@ FLAGS = ["--no-sandbox", "--disable-gpu", "--use-angle=swiftshader", "--enable-u
 def service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
     """Address of a service that these tests share."""
     environment = {name: value for name, value in os.environ.items() if not name.startswith("FINGERSPLIT_")}
-    with serving(tmp_path_factory.mktemp("browser"), environment=environment) as url:
+    with serving(tmp_path_factory.mktemp("browser"), "--workers", 1, environment=environment) as url:
         yield url
 
 

@@ -12,7 +12,9 @@ import pytest
 
 from fingersplit_client import Client, JobCreate, commands
 from fingersplit_client.commands.jobs import State
+from fingersplit_client.commands.program import main
 from fingersplit_client.schemas import JobState
+from in_process import run_program
 
 NAMES = {"cancel", "grasps", "jobs", "mcp", "outcome", "outcomes", "submit", "watch"}
 
@@ -81,7 +83,11 @@ def test_a_job_is_cancelled(service: str, can: bytes) -> None:
         (("jobs",), "Error: No answer from"),
     ],
 )
-def test_what_cannot_be_is_said_in_a_sentence(arguments: tuple[str, ...], message: str, unused_url: str) -> None:
-    told = run(*arguments, server=unused_url, code=2).stderr
+def test_what_cannot_be_is_said_in_a_sentence(
+    arguments: tuple[str, ...], message: str, unused_url: str, tmp_path: Path
+) -> None:
+    ended = run_program(*arguments, "--server", unused_url, cwd=tmp_path, program=main)
+    told = ended.stderr
+    assert ended.returncode == 2
     assert message in " ".join(told.replace("\u2502", " ").split())
     assert "Traceback" not in told

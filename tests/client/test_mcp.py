@@ -21,7 +21,7 @@ def parameters(url: str) -> StdioServerParameters:
     return StdioServerParameters(command=sys.executable, args=["-c", PROGRAM, "mcp", "--server", url], env=paths)
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 async def tools(service: str) -> AsyncIterator[McpClient]:
     async with McpClient(parameters(service)) as client:
         yield client

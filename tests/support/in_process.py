@@ -5,6 +5,7 @@ That the installed program starts at all is for the tests that start a process.
 
 import io
 import sys
+from collections.abc import Callable
 from contextlib import chdir, redirect_stderr, redirect_stdout
 from pathlib import Path
 from subprocess import CompletedProcess
@@ -15,14 +16,14 @@ from fingersplit.cli import main
 __all__ = ["run_program"]
 
 
-def run_program(*arguments: object, cwd: Path) -> CompletedProcess[str]:
-    """Run a command in a folder; its exit code and all that it printed."""
+def run_program(*arguments: object, cwd: Path, program: Callable[[], object] = main) -> CompletedProcess[str]:
+    """Run a command in a folder, of the whole program or of the client's; its exit code and all that it printed."""
     words = ["fingersplit", *map(str, arguments)]
     out, err = _Pipe(), _Pipe()
     code = 0
     with chdir(cwd), patch.object(sys, "argv", words), redirect_stdout(out), redirect_stderr(err):
         try:
-            main()
+            program()
         except SystemExit as ended:
             code = ended.code if isinstance(ended.code, int) else int(ended.code is not None)
     return CompletedProcess(words, code, out.said(), err.said())

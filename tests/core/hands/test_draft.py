@@ -95,8 +95,13 @@ def test_what_is_wrong_with_a_model_is_said(edit, said, tmp_path):
 def sliding(tmp_path_factory):
     """Description and notes of a hand that has a rail, too."""
     folder, rail = tmp_path_factory.mktemp("sliding"), '<joint name="rail" type="slide" range="0 0.01"/>'
-    (folder / "hand.xml").write_text(hand_mjcf().replace('<joint name="first_0"', f'{rail}<joint name="first_0"'))
+    text = hand_mjcf().replace('<joint name="first_0"', f'{rail}<joint name="first_0"')
+    (folder / "hand.xml").write_text(text.replace("<mujoco>", '<mujoco model="Rail hand">'))
     return draft_hand(folder / "hand.xml", folder)
+
+
+def test_a_draft_is_called_as_the_model_is_or_its_file(sliding, drafted):
+    assert (sliding[0].title, drafted[0].title) == ("Rail hand", "hand")
 
 
 def test_joints_that_slide_are_held(sliding):

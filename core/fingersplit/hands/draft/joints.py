@@ -1,5 +1,6 @@
 """What a draft says of a hand's joints: which are held, what they follow, and what the model leaves out."""
 
+from pathlib import PurePath
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,10 @@ ASSUMED_TORQUE = 0.7
 """[N m]; of a driver whose motor the model does not describe."""
 
 
+UNNAMED = "MuJoCo Model"
+"""What MuJoCo calls a model that has no name."""
+
+
 def describe_joints(
     compiled: Any, palm: str, model_name: str, found: tuple[FingerBodies, ...]
 ) -> tuple[HandDescription, HandModel, list[str]]:
@@ -34,7 +39,7 @@ def describe_joints(
     """
     assumptions: list[str] = []
     description = HandDescription.model_construct(
-        title=model_name,
+        title=_title(compiled, model_name),
         model=model_name,
         palm=palm,
         fingers=[],
@@ -159,3 +164,9 @@ def _beside_fingers(
             fixed[name] = float(np.clip(0.0, *compiled.jnt_range[j])) if compiled.jnt_limited[j] else 0.0
             assumptions.append(f"{name} belongs to no finger; it is held at {fixed[name]:g}.")
     return fixed
+
+
+def _title(compiled: Any, file: str) -> str:
+    """The name that the model gives itself, or else its file's, without the suffix."""
+    own = bytes(compiled.names).partition(b"\0")[0].decode(errors="replace").strip()
+    return own if own not in ("", UNNAMED) else PurePath(file).stem
