@@ -58,16 +58,16 @@ async def test_an_event_says_when_it_is_there(start, tmp_path, held):
         await api.ended(job_id)
         short = events_of((await api.http.get(f"/v1/jobs/{job_id}/events")).text)
         assert (short[-1][1], short[-1][2].verification) == ("succeeded", "pending")
-        stories = []
+        histories = []
 
         async def follow() -> None:
-            stories.append(events_of((await api.http.get(f"/v1/jobs/{job_id}/events?verification=true")).text))
+            histories.append(events_of((await api.http.get(f"/v1/jobs/{job_id}/events?verification=true")).text))
 
         async with anyio.create_task_group() as group:
             group.start_soon(follow)
             await api.until_metric(1, "fingersplit_waiting_requests")
             held.unlink()
-        assert [job.verification for _, name, job in stories[0] if name == "succeeded"] == ["pending", "done"]
+        assert [job.verification for _, name, job in histories[0] if name == "succeeded"] == ["pending", "done"]
         again = events_of((await api.http.get(f"/v1/jobs/{job_id}/events?verification=true")).text)
         assert again[-1][2].verification == "done"
 

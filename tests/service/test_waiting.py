@@ -114,33 +114,33 @@ async def test_events_tell_the_whole_story(api):
     with anyio.fail_after(PATIENCE):
         response = await following
     assert response.headers["Content-Type"].startswith("text/event-stream")
-    story = events_of(response.text)
-    numbers, names = [number for number, _, _ in story], [name for _, name, _ in story]
+    history = events_of(response.text)
+    numbers, names = [number for number, _, _ in history], [name for _, name, _ in history]
     assert numbers == sorted(set(numbers))
     assert (names[0], names[-1]) == ("queued", "succeeded")
     assert "running" in names
-    assert any(job.stage == "splitting" and job.progress == 0.5 for _, _, job in story)
-    assert story[-1][2].feasible == 1
+    assert any(job.stage == "splitting" and job.progress == 0.5 for _, _, job in history)
+    assert history[-1][2].feasible == 1
 
 
 async def test_events_go_on_where_they_broke_off(api):
     job_id = await api.queue(FINE)
     await api.ended(job_id)
-    story = events_of((await api.http.get(f"/v1/jobs/{job_id}/events")).text)
-    for place, (number, _, _) in enumerate(story):
+    history = events_of((await api.http.get(f"/v1/jobs/{job_id}/events")).text)
+    for place, (number, _, _) in enumerate(history):
         response = await api.http.get(f"/v1/jobs/{job_id}/events", headers={"Last-Event-ID": str(number)})
-        assert [later for later, _, _ in events_of(response.text)] == [later for later, _, _ in story[place + 1 :]]
+        assert [later for later, _, _ in events_of(response.text)] == [later for later, _, _ in history[place + 1 :]]
     response = await api.http.get(f"/v1/jobs/{job_id}/events", headers={"Last-Event-ID": "nonsense"})
-    assert len(events_of(response.text)) == len(story)
+    assert len(events_of(response.text)) == len(history)
 
 
 async def test_replayed_events_carry_the_state_they_were_sent_with(api):
     """After the end nothing of the end stands in the events that were sent before it."""
     job_id = await api.queue(FINE)
     await api.ended(job_id)
-    story = events_of((await api.http.get(f"/v1/jobs/{job_id}/events")).text)
-    assert [name for _, name, _ in story] == [job.state for _, _, job in story]
-    queued, running, ended = story[0][2], story[1][2], story[-1][2]
+    history = events_of((await api.http.get(f"/v1/jobs/{job_id}/events")).text)
+    assert [name for _, name, _ in history] == [job.state for _, _, job in history]
+    queued, running, ended = history[0][2], history[1][2], history[-1][2]
     assert (queued.started_at, queued.attempts, queued.finished_at, queued.grasps) == (None, 0, None, None)
     assert (running.finished_at, running.grasps, running.feasible, running.error) == (None, None, None, None)
     assert running.started_at == ended.started_at
@@ -150,9 +150,9 @@ async def test_replayed_events_carry_the_state_they_were_sent_with(api):
 async def test_events_tell_of_a_second_attempt(api):
     job_id = await api.queue(DIES_ONCE)
     with anyio.fail_after(PATIENCE):
-        story = events_of((await api.http.get(f"/v1/jobs/{job_id}/events")).text)
-    assert story[-1][1] == "succeeded"
-    assert story[-1][2].attempts == 2
+        history = events_of((await api.http.get(f"/v1/jobs/{job_id}/events")).text)
+    assert history[-1][1] == "succeeded"
+    assert history[-1][2].attempts == 2
 
 
 async def test_a_stop_lets_everybody_go(start, tmp_path):

@@ -173,11 +173,11 @@ def test_a_restarted_service_loads_what_was_prepared_and_repairs_what_was_damage
 def test_a_job_that_comes_before_the_convex_pieces_computes_them_itself(tmp_path):
     with served(tmp_path, spare_workers=0) as client:
         object_id = client.objects.upload(mesh_of("cylinder"), file_type="ply").id
-        stories, pieces = [], set()
+        histories, pieces = [], set()
         for _ in range(2):
             job = client.jobs.create(JobCreate(object_id=object_id, starts=8, verified=1))
-            stories.append([event.job for event in client.jobs.events(job.id)])
-            assert stories[-1][-1].verified == 1
+            histories.append([event.job for event in client.jobs.events(job.id)])
+            assert histories[-1][-1].verified == 1
             pieces.add(entry(tmp_path, "pieces", object_id).stat().st_ino)
-    assert "convex_pieces" in [job.stage for job in stories[0]]
+    assert "convex_pieces" in [job.stage for job in histories[0]]
     assert len(pieces) == 1
