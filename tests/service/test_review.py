@@ -63,6 +63,16 @@ async def test_an_address_that_is_none_is_a_page_for_people_and_a_problem_for_pr
     assert Problem.model_validate_json(answer.content).status == 404
 
 
+@pytest.mark.parametrize(
+    ("asked", "page"),
+    [("/review/", "/review"), ("/review/hands/", "/review/hands"), ("/review/runs/x/?grasp=3", "/review/runs/x?grasp=3")],
+)
+async def test_a_slash_at_the_end_leads_to_the_page(api, asked, page):
+    moved = await api.http.get(asked, headers={"Accept": "text/html"})
+    assert (moved.status_code, moved.headers["location"]) == (307, page)
+    assert (await api.http.get(page)).status_code == 200
+
+
 @pytest.mark.parametrize("name", ["nothing.js", "..%2Fpages.py", "list.html", "%2e%2e"])
 async def test_there_are_no_other_files(api, name):
     answer = await api.http.get(f"/review/site/{name}")

@@ -166,7 +166,10 @@ async def site_file(name: str, known: Known = None) -> Response:
 
 @unknown.get("/{path:path}")
 async def missing_page(path: str, request: Request) -> Response:
-    """A page for people, a problem document for programs."""
+    """A page for people, a problem document for programs; with a slash at the end, the page without it."""
+    if request.url.path.endswith("/"):
+        asked = f"?{request.url.query}" if request.url.query else ""
+        return RedirectResponse(f"/review/{path}".rstrip("/") + asked, status_code=307)
     if "text/html" not in request.headers.get("Accept", ""):
         raise ProblemError(ProblemKind.NOT_FOUND, f"There is nothing at /review/{path}.")
     answer = _page("missing", None)
