@@ -65,7 +65,11 @@ async def test_an_address_that_is_none_is_a_page_for_people_and_a_problem_for_pr
 
 @pytest.mark.parametrize(
     ("asked", "page"),
-    [("/review/", "/review"), ("/review/hands/", "/review/hands"), ("/review/runs/x/?grasp=3", "/review/runs/x?grasp=3")],
+    [
+        ("/review/", "/review"),
+        ("/review/hands/", "/review/hands"),
+        ("/review/runs/x/?grasp=3", "/review/runs/x?grasp=3"),
+    ],
 )
 async def test_a_slash_at_the_end_leads_to_the_page(api, asked, page):
     moved = await api.http.get(asked, headers={"Accept": "text/html"})
