@@ -182,7 +182,8 @@ def thin_evenly(points, spacing):
     place = np.empty_like(order)
     place[order] = np.arange(len(points))
     kept = np.zeros(len(points), np.bool_)
-    newest, before = np.full(len(grid.starts) - 1, -1), np.empty(len(points), np.int64)  # kept points of every cell
+    # Kept points of every cell, as small as they can be: cells are many, and most of them stay out of the cache.
+    newest, before = np.full(len(grid.starts) - 1, -1, np.int32), np.empty(len(points), np.int32)
     for i in place:
         if _has_room(grid, newest, before, i, spacing * spacing):
             kept[i] = True
