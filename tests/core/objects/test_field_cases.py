@@ -422,6 +422,32 @@ def test_sparse_tables_and_floors_with_a_wall_are_scenes(camera, counts, wall):
     assert scene_share(points, np.array(camera)) > 0.2
 
 
+def _bin(width: float, depth: float, height: float, wall: float) -> list[trimesh.Trimesh]:
+    """An open box: floor, then walls."""
+    x, y = width / 2, depth / 2
+    low_high = [
+        ((-x, -y, -wall), (x, y, 0)),
+        ((-x, y, 0), (x, y + wall, height)),
+        ((-x, -y - wall, 0), (x, -y, height)),
+    ]
+    low_high += [((x, -y, 0), (x + wall, y, height)), ((-x - wall, -y, 0), (-x, y, height))]
+    return [trimesh.creation.box(bounds=corners) for corners in low_high]
+
+
+@pytest.mark.parametrize("camera", [(0.05, -0.3, 0.7), (-0.4, -0.3, 0.6)])
+@pytest.mark.parametrize("size", [(0.4, 0.3, 0.1), (0.3, 0.24, 0.08)])
+def test_things_in_bins_are_scenes_and_open_boxes_are_none(camera, size):
+    bricks = [trimesh.creation.box(bounds=[(-0.04, -0.03, 0), (0.04, 0.03, 0.06)])]
+    bricks += [trimesh.creation.box(bounds=[(0.06, 0.02, 0), (0.09, 0.07, 0.04)])]
+    whole = bricks + _bin(*size, 0.01)
+    points = _seen(whole, [int(30_000 * each.area) for each in whole], np.array(camera))
+    assert scene_share(points, np.array(camera)) > 0.2
+    assert scene_share(points) > 0.2
+    box = _bin(*(0.4 * np.array(size)), 0.004)
+    points = _seen(box, [int(100_000 * each.area) for each in box], np.array(camera))
+    assert scene_share(points, np.array(camera)) == 0
+
+
 @pytest.mark.parametrize("size", [(0.24, 0.17, 0.03), (0.1, 0.06, 0.004), (0.06, 0.19, 0.3), (0.3, 0.3, 0.3)])
 @pytest.mark.parametrize("camera", [(0.2, -0.7, 0.7), (0.6, 0.3, 0.75)])
 def test_single_boxes_books_and_plates_are_no_scenes(size, camera):

@@ -14,6 +14,8 @@ MOST = 0.5
 """Share of the points from which a plane makes a scene of any size."""
 MIN_EXTENT = 0.25
 """Least longest extent of a plane with less [m]: a lid with a knob is smaller, a table with things is not."""
+MIN_WIDTH = 0.12
+"""Least width of a floor whose edge is covered all around, as a bin's is by its walls [m]."""
 ON_ONE_SIDE, BEFORE = 0.95, 0.8
 """Share of the others that must lie on one side of a plane, as what stands on a table does, and on the camera's side
 where it is known: below are a table's legs, and nothing that stands on it."""
@@ -118,7 +120,19 @@ def _is_support(plane: _Plane, things: NDArray[np.bool_], points: NDArray[np.flo
         return False
     if covered.volume < FOOTPRINT * table.volume:
         return True
+    width = float(np.sqrt(12.0 * np.linalg.eigvalsh(np.cov(flat[plane.members], rowvar=False))[0]))
+    is_floor = extent >= MIN_EXTENT and width >= MIN_WIDTH
+    if is_floor and _area(flat[things][inside]) < FOOTPRINT * table.volume:
+        return True  # what is beside the edge are a bin's walls
     return _edge_covered(flat[plane.members][table.vertices], flat[things], beside) < FOOTPRINT
+
+
+def _area(flat: NDArray[np.float64]) -> float:
+    """Area of the convex hull of places (n, 2) [m]; 0 where they span none."""
+    try:
+        return float(ConvexHull(flat).volume)
+    except QhullError:
+        return 0.0
 
 
 def _edge_covered(outline: NDArray[np.float64], others: NDArray[np.float64], beside: float) -> float:
