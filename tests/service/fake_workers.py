@@ -19,11 +19,12 @@ from typing import Any
 
 from fingersplit.errors import FormatError, HandError
 from fingersplit_client.schemas import JobCreate, ParallelGraspsGenerate, Verification
+from fingersplit_service.database.result_row import JobResultRow
 from fingersplit_service.jobs.dataset_shards import SHARD, ShardTask
 from fingersplit_service.jobs.grasp_work import import_grasps
 from fingersplit_service.jobs.hand_work import HandTask, HandUpload
 from fingersplit_service.jobs.object_work import Upload, export_mesh, inspect_object
-from fingersplit_service.jobs.outcome import JobOutcome, JobResultRow
+from fingersplit_service.jobs.outcome import JobOutcome
 from fingersplit_service.jobs.planning import STARTS, PlanTask
 from fingersplit_service.jobs.rendering import ExportedFile, RenderTask
 from fingersplit_service.jobs.verifying import VerifiedResult, VerifyTask

@@ -32,9 +32,9 @@ from test_waiting import events_of
 from fingersplit_service.cli import _refuse_start
 from fingersplit_service.database.cluster_queue import ClusterQueue
 from fingersplit_service.database.connection import Database, StorageUnavailable, database_url
+from fingersplit_service.database.result_row import JobResultRow
 from fingersplit_service.database.rows import NewJob
 from fingersplit_service.jobs.agent import Agent
-from fingersplit_service.jobs.outcome import JobResultRow
 from fingersplit_service.settings import ServiceSettings
 
 FOUND = JobResultRow(result="[1]", grasps=1, feasible=1, verified=0, holding_margin=0.5)

@@ -20,10 +20,10 @@ from fingersplit_service.database.jobs import IdempotencyConflict, JobFilter, Jo
 from fingersplit_service.database.keys import KeyStore, matches, split_key
 from fingersplit_service.database.objects import ObjectStore
 from fingersplit_service.database.queue import JobQueue
+from fingersplit_service.database.result_row import JobResultRow
 from fingersplit_service.database.rows import NewJob
 from fingersplit_service.database.schema import HEAD, SchemaTooNew, schema_version
 from fingersplit_service.database.tables import metadata
-from fingersplit_service.jobs.outcome import JobResultRow
 
 pytestmark = pytest.mark.anyio
 VERSIONS = Path(migrations.__file__).parent / "versions"

@@ -10,7 +10,8 @@ from functools import lru_cache
 from typing import Any
 
 from fingersplit_service.app import create_app, create_worker_app
-from fingersplit_service.jobs.outcome import JobOutcome, JobResultRow
+from fingersplit_service.database.result_row import JobResultRow
+from fingersplit_service.jobs.outcome import JobOutcome
 from fingersplit_service.jobs.planning import PlanTask
 from fingersplit_service.jobs.worker_functions import WarmUpReport, WorkerFunctions
 from fingersplit_service.listening import serve_app

@@ -13,10 +13,10 @@ import sqlalchemy as sa
 
 from fingersplit_client.schemas import JobError
 from fingersplit_service.database.connection import Database
+from fingersplit_service.database.result_row import JobResultRow
 from fingersplit_service.database.rows import LISTED_COLUMNS, JobRow, job_row
 from fingersplit_service.database.store import Store, statement, transaction
 from fingersplit_service.database.tables import QUEUED, RUNNING, jobs, results
-from fingersplit_service.jobs.outcome import JobResultRow
 
 __all__ = ["QUEUED_AGAIN", "JobQueue", "failure"]
 

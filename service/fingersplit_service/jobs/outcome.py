@@ -9,29 +9,9 @@ from pydantic_core import to_json
 
 from fingersplit.errors import ResultError
 from fingersplit_client.schemas import Grasp, PlanResult
+from fingersplit_service.database.result_row import JobResultRow
 
-__all__ = ["JobOutcome", "JobResultRow", "read_grasps", "strict_json"]
-
-
-@dataclass(frozen=True)
-class JobResultRow:
-    """What the tables keep of a result: the document, JSON, and the columns that lists show.
-
-    Attributes:
-        result: The result document.
-        grasps: Number of ranked grasps.
-        feasible: Number of feasible starts.
-        verified: Number of grasps that held in simulation.
-        holding_margin: Holding margin of rank 1 [N]; None without a grasp.
-        warnings: What went wrong beside the result, in sentences.
-    """
-
-    result: str
-    grasps: int
-    feasible: int
-    verified: int
-    holding_margin: float | None
-    warnings: tuple[str, ...] = ()
+__all__ = ["JobOutcome", "read_grasps", "strict_json"]
 
 
 @dataclass(frozen=True)

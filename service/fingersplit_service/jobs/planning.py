@@ -8,9 +8,10 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from fingersplit_client.schemas import JobCreate
+from fingersplit_service.database.result_row import JobResultRow
 from fingersplit_service.jobs.constraints import load_constraints, load_obstacle
 from fingersplit_service.jobs.hand_work import stored_hand
-from fingersplit_service.jobs.outcome import JobOutcome, JobResultRow, strict_json
+from fingersplit_service.jobs.outcome import JobOutcome, strict_json
 from fingersplit_service.jobs.rendering import best_rank
 from fingersplit_service.jobs.stored_objects import convex_pieces, planner_settings, prepared_object
 from fingersplit_service.jobs.worker import report_progress
