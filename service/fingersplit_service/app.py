@@ -35,7 +35,6 @@ from fingersplit_service.endpoints.forms import exact_query
 from fingersplit_service.jobs.worker_functions import WorkerFunctions
 from fingersplit_service.limits import MAX_HEADER_BYTES
 from fingersplit_service.openapi import DESCRIPTION, TAGS, describe
-from fingersplit_service.operations.metrics import Metrics
 from fingersplit_service.problems import add_problem_handlers
 from fingersplit_service.review import docs, pages, viewer
 from fingersplit_service.runtime import running
@@ -51,6 +50,7 @@ from fingersplit_service.security.middleware import (
 )
 from fingersplit_service.security.msgpack_bodies import MsgpackBodies
 from fingersplit_service.settings import ServiceSettings
+from fingersplit_service.telemetry.metrics import Metrics
 
 __all__ = ["create_app", "create_worker_app"]
 

@@ -13,8 +13,8 @@ from fastapi import FastAPI
 from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol
 
 from fingersplit_service.limits import MAX_HEADER_BYTES
-from fingersplit_service.operations.logs import configure_logs
 from fingersplit_service.settings import ServiceSettings
+from fingersplit_service.telemetry.logs import configure_logs
 
 __all__ = ["serve_app"]
 

@@ -43,13 +43,13 @@ from fingersplit_service.jobs.usage import Meter, UsageService
 from fingersplit_service.jobs.worker_functions import WorkerFunctions
 from fingersplit_service.jobs.worker_pool import WorkerPool
 from fingersplit_service.operations.health import HealthService
-from fingersplit_service.operations.metrics import Metrics
 from fingersplit_service.operations.retention import Retention
-from fingersplit_service.operations.tracing import tracing
 from fingersplit_service.security.access import Access
 from fingersplit_service.security.exposure import refuse_exposure
 from fingersplit_service.settings import ServiceSettings
 from fingersplit_service.storage import Storage
+from fingersplit_service.telemetry.metrics import Metrics
+from fingersplit_service.telemetry.tracing import tracing
 
 __all__ = ["Role", "Runtime", "running"]
 

@@ -26,9 +26,9 @@ from fingersplit_service.database.hands import HandStore
 from fingersplit_service.database.jobs import JobStore
 from fingersplit_service.database.keys import KeyStore
 from fingersplit_service.database.objects import ObjectStore
-from fingersplit_service.operations.logs import configure_logs
 from fingersplit_service.operations.retention import Retention
 from fingersplit_service.settings import ServiceSettings
+from fingersplit_service.telemetry.logs import configure_logs
 
 ENVIRONMENT = {
     "FINGERSPLIT_MAX_CONNECTIONS": "20",

@@ -21,9 +21,9 @@ from fingersplit_service.database.hands import HandStore
 from fingersplit_service.database.jobs import JobStore
 from fingersplit_service.database.objects import ObjectStore
 from fingersplit_service.operations.doctor import examine
-from fingersplit_service.operations.logs import configure_logs, log_context
 from fingersplit_service.operations.retention import Retention
 from fingersplit_service.settings import ServiceSettings
+from fingersplit_service.telemetry.logs import configure_logs, log_context
 
 pytestmark = pytest.mark.anyio
 
@@ -198,7 +198,7 @@ async def test_traces_go_to_the_collector(tmp_path):
     """In a process of its own, because a process has one tracer."""
     program = """
 import http.server, threading, sys
-from fingersplit_service.operations.tracing import span, tracing
+from fingersplit_service.telemetry.tracing import span, tracing
 got = []
 class Collector(http.server.BaseHTTPRequestHandler):
     def do_POST(self):

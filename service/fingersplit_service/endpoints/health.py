@@ -4,9 +4,9 @@ from fastapi import APIRouter, Response
 
 from fingersplit_client.schemas import Health, Readiness
 from fingersplit_service.dependencies import Operations
-from fingersplit_service.operations.metrics import METRICS_TYPE
 from fingersplit_service.problems import ProblemKind, problem_answers
 from fingersplit_service.security.access import Admin
+from fingersplit_service.telemetry.metrics import METRICS_TYPE
 
 __all__ = ["router"]
 

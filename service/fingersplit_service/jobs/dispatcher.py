@@ -24,11 +24,11 @@ from fingersplit_service.jobs.usage import Meter
 from fingersplit_service.jobs.worker import Report
 from fingersplit_service.jobs.worker_functions import WorkerFunctions
 from fingersplit_service.jobs.worker_pool import DeadlineExceeded, WorkerDied, WorkerLease, WorkerPool
-from fingersplit_service.operations.logs import log_context
-from fingersplit_service.operations.metrics import Metrics
-from fingersplit_service.operations.tracing import span
 from fingersplit_service.settings import ServiceSettings
 from fingersplit_service.storage import Storage
+from fingersplit_service.telemetry.logs import log_context
+from fingersplit_service.telemetry.metrics import Metrics
+from fingersplit_service.telemetry.tracing import span
 
 __all__ = ["Dispatcher"]
 
@@ -223,7 +223,7 @@ class Dispatcher:
             self._ended(job, None)
             return
         self._ended(job, "succeeded", (kept, outcome.row.result))
-        self._metrics.observe_result(outcome)
+        self._metrics.observe_result(outcome.stage_ms, outcome.simulated)
         self._render_thumbnail(job, request, outcome)
         if verify:
             self._follow_ups.wake()

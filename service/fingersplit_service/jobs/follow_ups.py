@@ -13,9 +13,9 @@ from fingersplit_service.jobs.notifier import Notifier
 from fingersplit_service.jobs.verifying import VerifyTask
 from fingersplit_service.jobs.worker_functions import WorkerFunctions
 from fingersplit_service.jobs.worker_pool import WorkerDied, WorkerPool
-from fingersplit_service.operations.logs import log_context
 from fingersplit_service.settings import ServiceSettings
 from fingersplit_service.storage import Storage
+from fingersplit_service.telemetry.logs import log_context
 
 __all__ = ["FollowUps"]
 

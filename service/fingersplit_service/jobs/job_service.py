@@ -17,9 +17,9 @@ from fingersplit_service.jobs.hand_catalog import HandCatalog
 from fingersplit_service.jobs.job_requests import new_job
 from fingersplit_service.jobs.job_runner import JobRunner
 from fingersplit_service.jobs.notifier import Change, Notifier, Progress
-from fingersplit_service.operations.metrics import Metrics
 from fingersplit_service.settings import ServiceSettings
 from fingersplit_service.storage import Storage
+from fingersplit_service.telemetry.metrics import Metrics
 
 __all__ = ["JobEvent", "JobService", "JobView"]
 

@@ -1,1 +1,1 @@
-"""For whoever operates the service: logs, metrics, traces, retention, and a check of the installation."""
+"""For whoever operates the service: health, retention, moving data, and a check of the installation."""

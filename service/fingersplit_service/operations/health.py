@@ -7,8 +7,8 @@ from fingersplit_service.database.jobs import JobStore
 from fingersplit_service.jobs.errors import WorkersNotReady
 from fingersplit_service.jobs.notifier import Notifier
 from fingersplit_service.jobs.worker_pool import WorkerPool
-from fingersplit_service.operations.metrics import Metrics
 from fingersplit_service.storage import Storage
+from fingersplit_service.telemetry.metrics import Metrics
 
 __all__ = ["DiskFull", "HealthService"]
 
@@ -60,4 +60,11 @@ class HealthService:
 
     async def metrics(self) -> bytes:
         """The text that Prometheus reads."""
-        return self._metrics.expose(self._pool, self._notifier, await self._jobs.counts())
+        pool = self._pool
+        return self._metrics.expose(
+            jobs=await self._jobs.counts(),
+            workers={"warm": pool.warm_workers, "spare": pool.spare_workers, "busy": pool.busy_workers},
+            restarts=pool.restarts,
+            waiting_requests=self._notifier.waiting,
+            waiting_answers=pool.waiting_answers,
+        )

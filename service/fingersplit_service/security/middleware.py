@@ -13,12 +13,12 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from fingersplit_client.schemas import Problem
 from fingersplit_service.database.connection import StorageUnavailable
-from fingersplit_service.operations.logs import log_context
-from fingersplit_service.operations.metrics import Metrics
-from fingersplit_service.operations.tracing import span
 from fingersplit_service.problems import ProblemKind, problem_response
 from fingersplit_service.security.access import KEY_NEEDED, identify
 from fingersplit_service.settings import ServiceSettings, is_address, is_loopback
+from fingersplit_service.telemetry.logs import log_context
+from fingersplit_service.telemetry.metrics import Metrics
+from fingersplit_service.telemetry.tracing import span
 
 __all__ = ["AccessLog", "Authentication", "CrossSiteGuard", "RequestId", "RequestLimits", "SecurityHeaders"]
 

@@ -1,13 +1,8 @@
 """What Prometheus can ask for."""
 
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Mapping
 
 from prometheus_client import CONTENT_TYPE_LATEST, CollectorRegistry, Counter, Gauge, Histogram, generate_latest
-
-if TYPE_CHECKING:
-    from fingersplit_service.jobs.notifier import Notifier
-    from fingersplit_service.jobs.outcome import JobOutcome
-    from fingersplit_service.jobs.worker_pool import WorkerPool
 
 __all__ = ["METRICS_TYPE", "Metrics"]
 
@@ -70,22 +65,26 @@ class Metrics:
             registry=registry,
         )
 
-    def observe_result(self, outcome: "JobOutcome") -> None:
-        """Count what a job's result tells: its stages and its simulations."""
-        for stage, milliseconds in outcome.stage_ms.items():
+    def observe_result(self, stage_ms: Mapping[str, float], simulated: Iterable[bool]) -> None:
+        """Count the time of a plan by stage [ms], and whether each simulated grasp held."""
+        for stage, milliseconds in stage_ms.items():
             self.stages.labels(stage).observe(milliseconds / 1e3)
-        for held in outcome.simulated:
+        for held in simulated:
             self.verifications.labels("held" if held else "failed").inc()
 
-    def expose(self, pool: "WorkerPool", notifier: "Notifier", jobs: dict[str, int]) -> bytes:
-        """The text that Prometheus reads; the numbers of jobs and workers are those of now."""
-        for state, count in jobs.items():
-            self._jobs.labels(state).set(count)
-        self._waiting.set(notifier.waiting)
-        self._waiting_answers.set(pool.waiting_answers)
-        self._workers.labels("warm").set(pool.warm_workers)
-        self._workers.labels("spare").set(pool.spare_workers)
-        self._workers.labels("busy").set(pool.busy_workers)
-        for reason, count in pool.restarts.items():
-            self._restarts.labels(reason).set(count)
+    def expose(
+        self,
+        *,
+        jobs: Mapping[str, int],
+        workers: Mapping[str, int],
+        restarts: Mapping[str, int],
+        waiting_requests: int,
+        waiting_answers: int,
+    ) -> bytes:
+        """The text that Prometheus reads, with the numbers of now: jobs and workers by state, restarts by reason."""
+        for gauge, counts in ((self._jobs, jobs), (self._workers, workers), (self._restarts, restarts)):
+            for label, count in counts.items():
+                gauge.labels(label).set(count)
+        self._waiting.set(waiting_requests)
+        self._waiting_answers.set(waiting_answers)
         return generate_latest(self.registry)
