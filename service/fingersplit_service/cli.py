@@ -100,7 +100,7 @@ def _refuse_start(settings: "ServiceSettings") -> None:
     """End the program with a sentence where a service could not start with these settings."""
     from fingersplit_service.database.connection import StorageUnavailable
     from fingersplit_service.database.schema import SchemaTooNew
-    from fingersplit_service.security.exposure import Exposed, refuse_exposure
+    from fingersplit_service.operations.exposure import Exposed, refuse_exposure
     from fingersplit_service.storage import DataDirectoryInUse, Storage
 
     try:

@@ -42,10 +42,10 @@ from fingersplit_service.jobs.result_service import ResultService
 from fingersplit_service.jobs.usage import Meter, UsageService
 from fingersplit_service.jobs.worker_functions import WorkerFunctions
 from fingersplit_service.jobs.worker_pool import WorkerPool
+from fingersplit_service.operations.exposure import refuse_exposure
 from fingersplit_service.operations.health import HealthService
 from fingersplit_service.operations.retention import Retention
 from fingersplit_service.security.access import Access
-from fingersplit_service.security.exposure import refuse_exposure
 from fingersplit_service.settings import ServiceSettings
 from fingersplit_service.storage import Storage
 from fingersplit_service.telemetry.metrics import Metrics

@@ -13,7 +13,7 @@ from test_faults import serving
 
 from fingersplit_service.database.connection import Database, database_url
 from fingersplit_service.database.keys import KeyStore
-from fingersplit_service.security.exposure import Exposed, refuse_exposure
+from fingersplit_service.operations.exposure import Exposed, refuse_exposure
 from fingersplit_service.settings import ServiceSettings
 
 pytestmark = pytest.mark.anyio

@@ -16,7 +16,7 @@ from fingersplit_service.blobs import BlobStore
 from fingersplit_service.database.connection import Database, StorageUnavailable, database_url
 from fingersplit_service.database.keys import KeyStore
 from fingersplit_service.database.schema import HEAD, schema_version
-from fingersplit_service.security.exposure import Exposed, refuse_exposure
+from fingersplit_service.operations.exposure import Exposed, refuse_exposure
 from fingersplit_service.settings import ServiceSettings
 from fingersplit_service.storage import DataDirectoryInUse, Storage
 
