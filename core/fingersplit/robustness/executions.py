@@ -7,7 +7,6 @@ What counts is how the object moves in the hand from the moment it is gripped.
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import NamedTuple
 
 import mujoco
 import numpy as np
@@ -20,6 +19,7 @@ from fingersplit.objects.model import ObjectModel
 from fingersplit.robustness.execution import Execution
 from fingersplit.robustness.noise import Draws
 from fingersplit.transforms import wxyz_from_rotation
+from fingersplit.verification.motion_kernel import move_in_hand
 from fingersplit.verification.protocol import REFERENCE_FRICTION
 from fingersplit.verification.protocols.lift import Lift
 from fingersplit.verification.scene import Scene
@@ -54,16 +54,6 @@ class Closing:
     forces: NDArray[np.float64]
     moved: float
     turned: float
-
-
-class _Pose(NamedTuple):
-    center: NDArray[np.float64]
-    rotation: Rotation
-
-    def moved_from(self, other: "_Pose") -> tuple[float, float]:
-        """Distance of the centres [m] and angle between the rotations [rad]."""
-        turn = (self.rotation * other.rotation.inv()).magnitude()
-        return float(np.linalg.norm(self.center - other.center)), float(turn)
 
 
 class Executor:
@@ -109,7 +99,7 @@ class Executor:
         where[3:] = wxyz_from_rotation(rotation.as_matrix())
         data.qpos[scene.joint_qpos] = execution.opened
         opened, closed, pressed = (joints[self._drivers] for joints in execution[1:4])
-        began = self._pose()
+        began = scene.object_pose()
         for first, last, duration in (
             (opened, closed, CLOSE_TIME),
             (closed, pressed, PRESS_TIME),
@@ -119,7 +109,7 @@ class Executor:
             for share in np.arange(1, chunks + 1) / chunks:
                 data.ctrl[scene.joint_controls] = first + share * (last - first)
                 mujoco.mj_step(scene.model, data, nstep=CHUNK)
-        return Closing(self._forces(), *self._pose().moved_from(began))
+        return Closing(self._forces(), *self._moved_from(began))
 
     def holds(self, draws: Draws, which: int) -> bool:
         """Whether the placed grasp holds in one draw: every finger touches, also at the end, and the object stays."""
@@ -136,13 +126,13 @@ class Executor:
         scene.model.opt.gravity = trial.gravity
         end = sum(phase.duration for phase in trial.phases)
         masses = scene.model.body_mass[scene.moving_bodies][:, None]
-        began, motions, window = self._pose(), [(0.0, 0.0)], round(DRIFT_TIME / TIME_STEP / CHUNK)
+        began, motions, window = scene.object_pose(), [(0.0, 0.0)], round(DRIFT_TIME / TIME_STEP / CHUNK)
         limits = lift.largest_displacement, lift.largest_rotation
         for number in range(round(end / TIME_STEP / CHUNK)):
             data.xfrc_applied[scene.moving_bodies, :3] = -masses * self._accelerations[number]
             mujoco.mj_step(scene.model, data, nstep=CHUNK)
-            motions.append(self._pose().moved_from(began))
-            if not all(motion <= limit for motion, limit in zip(motions[-1], limits, strict=True)):
+            motions.append(self._moved_from(began))
+            if motions[-1][0] > limits[0] or motions[-1][1] > limits[1]:
                 return False
             time = (number + 1) * CHUNK * TIME_STEP
             if time >= LOADED_TIME:
@@ -164,10 +154,11 @@ class Executor:
         sliding = np.full(len(scene.hand.fingers), friction * self._friction)
         scene.set_friction(sliding, TORSIONAL_FRICTION * sliding / REFERENCE_FRICTION)
 
-    def _pose(self) -> _Pose:
-        where = self._scene.data.qpos[self._scene.object_qpos : self._scene.object_qpos + 7]
-        rotation = Rotation.from_quat(where[[4, 5, 6, 3]])
-        return _Pose(where[:3] + rotation.apply(self._center), rotation)
+    def _moved_from(self, began: NDArray[np.float64]) -> tuple[float, float]:
+        """How far the object's centre of mass is from where it was at a pose (7,) [m], and its turn since [rad]."""
+        pose, (distance, turn) = self._scene.object_pose(), np.empty((2, 1))
+        move_in_hand(began, pose[None, :3], pose[None, 3:], self._center, distance, turn)
+        return float(distance[0]), float(turn[0])
 
     def _forces(self) -> NDArray[np.float64]:
         fingers = len(self._scene.hand.fingers)
