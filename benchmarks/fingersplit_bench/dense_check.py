@@ -18,7 +18,7 @@ from fingersplit.scene.shapes import Primitive
 from fingersplit.scene.world import Obstacle
 from fingersplit.transforms import transform_points
 
-__all__ = ["Excess", "measure_excess"]
+__all__ = ["Excess", "half_spaces", "link_depth", "link_points", "measure_excess"]
 
 POINTS = 600
 """On every link."""
@@ -51,7 +51,7 @@ def measure_excess(run: Run, hand: Hand) -> Excess:
     assert run.scene is not None
     scene, final = run.scene.constraints.scene, run.final
     poses = hand.shape_poses(final.joints, final.object_from_palm)
-    in_object = [transform_points(pose, points) for pose, points in zip(poses, _link_points(hand), strict=True)]
+    in_object = [transform_points(pose, points) for pose, points in zip(poses, link_points(hand), strict=True)]
     in_world = transform_points(run.scene.world_from_object, np.concatenate(in_object))
     support = [scene.clearance - (in_world @ one.normal - one.offset).min() for one in scene.support_surfaces]
     obstacle = [scene.clearance - _least_distance(in_world, one) for one in scene.obstacles]
@@ -64,18 +64,18 @@ def measure_excess(run: Run, hand: Hand) -> Excess:
         support=float(max(support, default=-np.inf)),
         obstacle=float(max(obstacle, default=-np.inf)),
         region=max(regions, default=-np.inf),
-        links=_links_excess(hand, poses, in_object) - float(run.problem.settings.penetration_tolerance),
+        links=link_depth(hand, poses, in_object) - float(run.problem.settings.penetration_tolerance),
     )
 
 
 @lru_cache(maxsize=8)
-def _link_points(hand: Hand) -> tuple[NDArray[np.float64], ...]:
+def link_points(hand: Hand) -> tuple[NDArray[np.float64], ...]:
     """Points on every link, link frame, its corners among them."""
     return tuple(np.vstack([mesh.sample(POINTS, seed=0), mesh.vertices]) for mesh in hand.shape_meshes)
 
 
 @lru_cache(maxsize=8)
-def _half_spaces(hand: Hand) -> tuple[NDArray[np.float64], ...]:
+def half_spaces(hand: Hand) -> tuple[NDArray[np.float64], ...]:
     """Outward normals and offsets (m, 4) of every link's hull, link frame; links are convex."""
     found = []
     for mesh in hand.shape_meshes:
@@ -113,10 +113,10 @@ def _distances(primitive: Primitive, local: NDArray[np.float64]) -> NDArray[np.f
     return np.asarray(outside + np.minimum(beyond.max(axis=1), 0.0))
 
 
-def _links_excess(hand: Hand, poses: list[NDArray[np.float64]], in_object: list[NDArray[np.float64]]) -> float:
+def link_depth(hand: Hand, poses: list[NDArray[np.float64]], in_object: list[NDArray[np.float64]]) -> float:
     """How deep a point of one link lies in another that it may not meet [m]."""
     most = -np.inf
-    spaces = _half_spaces(hand)
+    spaces = half_spaces(hand)
     middles = np.array([points.mean(axis=0) for points in in_object])
     radii = [np.linalg.norm(points - middle, axis=1).max() for points, middle in zip(in_object, middles, strict=True)]
     for a, b in hand.arrays.pairs[: hand.arrays.pair_count].tolist():

@@ -20,6 +20,7 @@ SECTIONS = {
     "second_engine": "fingersplit_bench.second_engine.section:second_engine_chapter",
     "scene": "fingersplit_bench.scene:measure_scene",
     "generated_scenes": "fingersplit_bench.generated_scenes:generated_scenes_chapter",
+    "dense_grasps": "fingersplit_bench.dense_grasps:dense_grasps_chapter",
     "depth": "fingersplit_bench.depth:depth_chapter",
     "hands": "fingersplit_bench.hands:hands_chapter",
     "recordings": "fingersplit_bench.recordings:recordings_chapter",

@@ -1,4 +1,4 @@
-"""The sections `depth` and `generated_scenes` on one small object, and what the dense check sees."""
+"""The sections `depth`, `generated_scenes` and `dense_grasps` on one small object, and what the dense checks see."""
 
 from dataclasses import replace
 
@@ -9,6 +9,7 @@ from fingersplit.objects.parametric import cylinder
 from fingersplit.planning.search import find_grasps
 from fingersplit.scene import Constraints, Obstacle, Pose, Primitive, Scene, SupportSurface
 from fingersplit_bench.dense_check import measure_excess
+from fingersplit_bench.dense_grasps import DenseObject, dense_grasps_chapter, measure_grasp
 from fingersplit_bench.depth import depth_chapter
 from fingersplit_bench.generated_scenes import generated_scenes_chapter
 from fingersplit_bench.suite import Bench
@@ -60,3 +61,29 @@ def test_the_dense_check_sees_what_comes_too_near(bench):
     assert excess(obstacles=(ball,)).obstacle > 0.01
     assert excess(obstacles=(dust,)).obstacle > -0.03
     assert excess(support_surfaces=(SupportSurface(offset=0.05),)).support > 0.01
+
+
+def test_feasible_grasps_keep_their_depths_and_pad_angles(bench):
+    chapter = dense_grasps_chapter(bench)
+
+    (one,) = chapter.data["objects"]
+    assert one["grasps"] > 0
+    assert one["in_object"] == one["in_links"] == one["tilted"] == 0
+    assert 0.1 < one["pad_angle"] <= 0.6 + 1e-3
+    assert f"Of {one['grasps']} feasible grasps" in chapter.text
+
+
+def test_the_check_of_grasps_sees_depth_and_tilted_pads(bench):
+    model = bench.model("can")
+    dense, grasps = DenseObject(model), find_grasps(model, bench.hand, starts=8, seed=1).grasps
+    run = next(one.run for one in grasps if one.run.feasible)
+    depth, links, _ = measure_grasp(run, bench.hand, dense)
+    moved = run.last.copy()
+    moved.palm_position -= 0.004 * run.final.normals[0]  # the first finger goes into the object, others off it
+    changed = replace(run, last=moved)
+    deeper = measure_grasp(changed, bench.hand, dense)
+    assert depth < 1e-3 < deeper[0]
+    assert links < 1e-3
+    folded = run.last.copy()
+    folded.joints[: len(bench.hand.joint_names)] = bench.hand.upper
+    assert measure_grasp(replace(run, last=folded), bench.hand, dense)[2] > 0.65

@@ -275,6 +275,9 @@ def verify_grasp(
         assert np.linalg.norm(fingertips - positions, axis=1).max() < tolerance
         np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1, atol=1e-9)
         angles = np.arccos(np.clip(-(pad_normals * normals).sum(axis=1), -1, 1))
+        towards = (positions - centers) / np.linalg.norm(positions - centers, axis=1)[:, None]
+        touching = np.arccos(np.clip((pad_normals * towards).sum(axis=1), -1, 1))
+        angles = np.maximum(angles, touching)
         assert angles.max() <= 0.6 + 1e-6
         np.testing.assert_allclose(angles, [contact["pad_angle"] for contact in contacts], atol=1e-6)
         assert mujoco_barrett.depth_of_triangles(exact.triangles) < 1e-3 + 0.01e-3

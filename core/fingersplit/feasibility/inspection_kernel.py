@@ -7,14 +7,14 @@ from fingersplit.objects.grid_kernel import nearest
 from fingersplit.objects.surface_kernel import touch
 from fingersplit.splitting.self_collision_kernel import measure_self_clearance
 from fingersplit.splitting.state_kernel import evaluate, measure_collision
-from fingersplit.vectors_kernel import dot, get, norm, put, subtract
+from fingersplit.vectors_kernel import angle_between, dot, get, norm, put, scale, subtract
 
 __all__ = ["inspect_grasp"]
 
 
 @kernel
 def inspect_grasp(problem, patches, state, work, times):
-    """Contacts, normals, residuals and Q where the pads touch the triangles, and whether those lie too deep in a link.
+    """Contacts, pad angles, residuals and Q where pads touch the triangles, and whether those lie too deep in a link.
 
     What a cloud's view did not see is in the collision points alone; and a grasp that is not feasible anyway is as deep
     as they say.
@@ -40,6 +40,9 @@ def inspect_grasp(problem, patches, state, work, times):
         away = subtract(get(state.pads, finger), get(state.contacts, finger))
         outside = dot(away, get(state.normals, finger)) >= 0.0
         state.residuals[finger] = abs((norm(away) if outside else -norm(away)) - hand.pad_radii[finger])
+        towards = scale(-1.0 if outside else 1.0, away)  # where on the cap it is that touches, be it an edge
+        turned = angle_between(get(state.pad_normals, finger), towards)
+        state.pad_angles[finger] = max(state.pad_angles[finger], turned)
     measure_collision(problem, state, work, times)
     measure_self_clearance(hand, state, work.own)
     violations = find_violations(hand, settings, problem.limits, state)

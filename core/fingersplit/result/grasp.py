@@ -76,7 +76,9 @@ class Contact:
     normal: Vector3 = described("Surface normal at the contact, out of the object, object frame")
     fingertip: Vector3 = described("Point of the pad that faces the contact, object frame", "m")
     residual: float = described("How far the pad is from just touching the contact", "m")
-    pad_angle: float = described("Angle between the pad's normal and the inward surface normal", "rad")
+    pad_angle: float = described(
+        "Angle of the pad's normal to the inward surface normal, or to where its cap touches if that is more", "rad"
+    )
     force: Vector3 | None = described(
         "Force of the finger on the object that carries its weight with gravity in the worst direction, object frame; "
         "null where none can. How hard the fingers press on the unloaded object stands in `grip`",

@@ -112,7 +112,10 @@ class Contact(Document):
     normal: Vector3 = Field(description="Surface normal at the contact, out of the object, object frame.")
     fingertip: Vector3 = Field(description="Point of the pad that faces the contact, object frame [m].")
     residual: float = Field(description="How far the pad is from just touching the contact [m].")
-    pad_angle: float = Field(description="Angle between the pad's normal and the inward surface normal [rad].")
+    pad_angle: float = Field(
+        description="Angle of the pad's normal to the inward surface normal, or to where its cap touches if that is "
+        "more [rad].",
+    )
     force: Vector3 | None = Field(
         description="Force of the finger on the object that carries its weight with gravity in the worst direction, "
         "object frame [N]; null where none can. How hard the fingers press on the unloaded object stands in `grip`.",
