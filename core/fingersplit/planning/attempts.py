@@ -13,10 +13,11 @@ from fingersplit.parallel_grasps.parallel_grasp import ParallelGrasp
 from fingersplit.planning.final_checks import check_finally
 from fingersplit.planning.finding import allowed_starts, find_starts
 from fingersplit.planning.ranking import rank_runs
-from fingersplit.planning.refining import holdings_of, refine_runs
+from fingersplit.planning.refining import candidate_of, holdings_of, refine_runs
 from fingersplit.planning.relaxing import Relaxation, find_relaxations
 from fingersplit.planning.run import Run
 from fingersplit.planning.starts import build_problem, choose_starts, split_starts
+from fingersplit.robustness.judging import estimate_holding
 from fingersplit.robustness.noise import NoiseModel
 from fingersplit.robustness.ranking_order import RankingOrder
 from fingersplit.scene.constraints import Constraints
@@ -31,6 +32,8 @@ ATTEMPTS, MORE_STARTS = 3, 3
 CARRYING_STARTS = 4
 """Any request is tried again when no feasible grasp carries the object's weight, each time with as many starts as it
 had, until one does or it had so many times the starts that were asked for."""
+PROMISING = 0.75
+"""Estimated probability of holding that one of these must have where there is time to simulate the best, too."""
 
 REFINED = 12
 """Best grasps that are refined on request."""
@@ -51,6 +54,7 @@ class Asked:
     threads: int
     report: Progress
     watch: "Watch"
+    ranking: RankingOrder
 
     def scene_of(self, hand: Hand) -> PreparedScene:
         """The scene as it is for one grip."""
@@ -139,10 +143,21 @@ def _run(
 
 def _more_starts(asked: Asked, found: Found, attempt: int) -> int:
     """How many to go on with: where obstacles leave nothing feasible, or what is feasible cannot carry the object."""
-    margins = [holding.margin for run, holding in zip(found.runs, found.holdings, strict=True) if run.feasible]
-    if not margins:
+    if not found.feasible:
         return asked.starts * MORE_STARTS**attempt if found.scene.restricts else 0
-    return found.starts if max(margins) < 0.0 and found.starts < CARRYING_STARTS * asked.starts else 0
+    enough = found.starts >= CARRYING_STARTS * asked.starts
+    return 0 if enough or _is_promising(asked, found) else found.starts
+
+
+def _is_promising(asked: Asked, found: Found) -> bool:
+    """Whether a grasp carries the object, and is likely enough to hold it where there is time to find out."""
+    pairs = zip(found.runs, found.holdings, strict=True)
+    carrying = [candidate_of(run, holding) for run, holding in pairs if run.feasible and holding.margin >= 0.0]
+    if not (carrying and asked.ranking.simulation_budget):
+        return bool(carrying)
+    noise = asked.ranking.noise
+    values = estimate_holding(found.hand, asked.model, carrying, asked.friction, noise, asked.threads)
+    return bool(values.max() >= PROMISING)
 
 
 def relaxed_constraints(asked: Asked, found: Found) -> tuple[Relaxation, ...]:

@@ -104,14 +104,15 @@ def find_grasps(
         threads=threads,
         report=progress or silent,
         watch=Watch(),
+        ranking=ranking or RankingOrder(),
     )
     found = search(asked, [attach_bodies(grip, bodies) for grip in grips])
     relaxations = relaxed_constraints(asked, found)
     if refine:
         asked.report("refining", 0.0)
-        found = refined(asked, found, (ranking or RankingOrder()).noise)
+        found = refined(asked, found, asked.ranking.noise)
         asked.watch.lap("splitting")
-    grasps = rank_runs(model, found.runs, found.holdings, top_k, friction, threads, ranking)
+    grasps = rank_runs(model, found.runs, found.holdings, top_k, friction, threads, asked.ranking)
     asked.watch.lap("ranking")
     asked.report("ranking", 1.0)
     return Search(
