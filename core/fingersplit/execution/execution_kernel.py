@@ -208,7 +208,8 @@ def _sweep(problem, probe, backwards, most, work):
             if slack < -SLACK_TOLERANCE:
                 return free, by
         free, left = travelled, most - travelled
-        if min(gap, slack) >= left and palm_allowed(limits, add(origin, scale(most, backwards))):
+        there = left <= 0.0  # where the slack may be below zero by what counts as rounding
+        if there or (min(gap, slack) >= left and palm_allowed(limits, add(origin, scale(most, backwards)))):
             return most, NOTHING
         moved = min(max(min(gap, slack), limits.step), left)
         travelled, slack = (most if moved == left else travelled + moved), slack - moved
