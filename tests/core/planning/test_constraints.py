@@ -250,3 +250,36 @@ def test_obstacles_tell_what_they_rejected():
     found = find_grasps(model("mug"), HAND, starts=24, constraints=Constraints(scene))
     counted = count_obstacles(found.runs, found.scene)
     assert counted["table"] == sum("'table'" in " ".join(run.violations) for run in found.runs) > 0
+
+
+def test_an_approach_that_begins_a_rounding_error_into_a_wall_is_measured_to_its_end():
+    """Of walls that move towards where the approach begins, the last that leaves it free reaches into the hand."""
+    found = find_grasps(model("cylinder"), HAND, starts=16, seed=3)
+    run = next(one.run for one in found.grasps if one.run.feasible and one.execution.pregrasp_pose is not None)
+    execution = next(one.execution for one in found.grasps if one.run is run)
+    backwards = execution.pregrasp_pose[:3, 3] - run.final.object_from_palm[:3, 3]
+    backwards /= np.linalg.norm(backwards)
+    cone = ApproachCone(tuple((-backwards).tolist()), max_angle=0.01)
+    farthest = float((hand_points(run, execution.pregrasp_joints, execution.pregrasp_pose) @ backwards).max())
+    turned = np.linalg.qr(np.column_stack([backwards, np.eye(3)[:, np.argsort(np.abs(backwards))[:2]]]))[0]
+    turned *= np.sign(np.linalg.det(turned))
+    turned[:, 0] = backwards
+    turned[:, 2] = np.cross(turned[:, 0], turned[:, 1])
+
+    def reached(offset):
+        """Length of the approach before a wall that begins ``offset`` behind the points of the hand [m]."""
+        pose = np.eye(4)
+        pose[:3, :3], pose[:3, 3] = turned, (farthest + offset + 0.05) * backwards
+        wall = Obstacle("wall", Pose.from_matrix(pose), Primitive.box(0.1, 2.0, 2.0))
+        approach = Approach((cone,), min_distance=0.01, desired_distance=0.1)
+        scene = Constraints(Scene(object_pose=Pose(), obstacles=(wall,)), approach=approach)
+        again = find_grasps(model("cylinder"), HAND, [run.parallel_grasp], seed=3, constraints=scene).runs
+        return max((float(one.outcome.way.distance) for one in again), default=0.0)
+
+    blocked, free = -0.02, 0.02
+    for _ in range(24):
+        middle = (blocked + free) / 2
+        blocked, free = (blocked, middle) if reached(middle) >= 0.1 - 1e-12 else (middle, free)
+    assert -0.02 < blocked < free < 0.02
+    assert reached(free) == pytest.approx(0.1)
+    assert 0.0 < reached(blocked) < 0.1
