@@ -4,6 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 PYTEST := $(BIN)/pytest --numprocesses auto --dist loadfile --no-loadscope-reorder
 PYPROJECTS := core/pyproject.toml clients/python/pyproject.toml service/pyproject.toml benchmarks/pyproject.toml
+KERNELS := $(wildcard core/fingersplit/*_kernel.py core/fingersplit/*/*_kernel.py core/fingersplit/*/*/*_kernel.py)
 COMPILE_LOCK := uv pip compile --universal --python-version 3.11 --generate-hashes --no-header --no-annotate \
 	--no-emit-package fingersplit --no-emit-package fingersplit-client $(PYPROJECTS) --extra all --extra cluster --quiet
 
@@ -86,7 +87,7 @@ $(VENV)/.viewer: $(VENV)/.run
 	@$(BIN)/fingersplit setup-viewer
 	@touch $@
 
-$(VENV)/.kernels: $(VENV)/.run
+$(VENV)/.kernels: $(VENV)/.run $(KERNELS)
 	@echo "==> Compiling the planner's kernels (one to four minutes, once)"
 	@$(BIN)/fingersplit warm
 	@touch $@
