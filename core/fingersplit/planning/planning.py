@@ -71,7 +71,8 @@ def plan(
             some found.
         source: Where they are found: ``antipodal``, ``surface_fitting`` or ``both``.
         starts: Most runs of the finger splitting; when none of their grasps can carry the object, as many follow, and
-            twice as many when none of these can.
+            twice as many when none of these can. With time for simulations they follow, too, when none of those that
+            can is likely to hold.
         seed: Seed of every random choice.
         top_k: Most grasps to return.
         settings: Parameters of the splitting; None for the defaults.

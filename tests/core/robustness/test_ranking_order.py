@@ -5,7 +5,9 @@ import math
 import pytest
 
 from fingersplit.errors import SettingsError
+from fingersplit.planning import attempts
 from fingersplit.planning.planning import plan
+from fingersplit.planning.search import find_grasps
 from fingersplit.robustness.noise import NoiseModel
 from fingersplit.robustness.ranking_order import RankingOrder
 
@@ -41,6 +43,19 @@ def test_with_time_for_it_the_best_are_simulated(judgeable, barrett):
     assert result.grasps[0].p_hold.tier == "simulated"
     assert keys(result, "p_hold") == sorted(keys(result, "p_hold"))
     assert len(result.grasps) == 3
+
+
+@pytest.mark.parametrize(("promising", "budget", "starts"), [(1.1, 0.0, 8), (1.1, 0.01, 32), (0.0, 0.01, 8)])
+def test_time_to_simulate_lets_a_search_go_on_for_a_likely_grasp(
+    judgeable, barrett, monkeypatch, promising, budget, starts
+):
+    found, pieces, _ = judgeable("mug")
+    monkeypatch.setattr(attempts, "PROMISING", promising)
+    ranking = RankingOrder(simulation_budget=budget, pieces=lambda: pieces)
+    again = find_grasps(found.model, barrett, starts=8, seed=1, top_k=1, ranking=ranking)
+    assert again.grasps[0].run.feasible
+    assert again.grasps[0].carries_weight
+    assert again.starts == starts
 
 
 def test_what_cannot_be_ranked_by_is_refused():
