@@ -22,7 +22,7 @@ class Judgement:
     Attributes:
         quality: Q = w1 Q_o + w2 Q_h at the points that the pads touch.
         residual: Farthest that a pad is from just touching the surface [m].
-        pad_angle: Largest angle between a pad's normal and the inward surface normal [rad].
+        pad_angle: Largest angle of a pad's normal to the inward surface normal, or to where its cap touches [rad].
         penetration: Deepest that any link lies in the object [m].
         feasible: Whether all three keep the planner's tolerances; joint limits are kept by whoever found the joints.
     """
@@ -50,7 +50,8 @@ def judge_grasp(
     away = pads - contacts
     heights = np.copysign(np.linalg.norm(away, axis=1), np.einsum("ij,ij->i", away, normals))
     residual = float(np.abs(heights - [finger.pad_radius for finger in hand.fingers]).max())
-    cosines = -np.einsum("ij,ij->i", pad_normals, normals)
+    directions = np.stack([normals, away / heights[:, None]])  # of the smoothed surface, and of what is touched
+    cosines = -np.einsum("kij,ij->ki", directions, pad_normals)
     pad_angle = float(np.arccos(np.clip(cosines, -1, 1)).max())
     penetration = float(exact_penetration(hand.arrays, pose, model.patches, model.distance, 0.0))
     quality = settings.object_weight * object_quality(contacts, fingers)
