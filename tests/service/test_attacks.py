@@ -98,10 +98,15 @@ def test_an_owner_may_not_wait_without_end(attacked):
 def test_a_full_service_answers_probes_and_refuses_with_problems(attacked):
     port, http, _ = attacked
     start = b"POST /v1/jobs HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\nContent-Length: 9\r\n\r\n{"
-    with connections(port, 20) as busy:
-        for connection in busy:
+    with ExitStack() as stack:
+
+        def is_full() -> bool:
+            """With one more that says something; one that the service has not heard yet may have made room."""
+            (connection,) = stack.enter_context(connections(port, 1))
             connection.sendall(start)
-        wait_until(lambda: http.get("/v1/hands").status_code == 503)
+            return http.get("/v1/hands").status_code == 503
+
+        wait_until(is_full)
         refused = http.get("/v1/hands")
         assert Problem.model_validate_json(refused.content).type == "urn:fingersplit:problem:overloaded"
         assert (http.get("/healthz").status_code, http.get("/readyz").status_code) == (200, 200)

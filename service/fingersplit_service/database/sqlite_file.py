@@ -1,7 +1,9 @@
 """The file of a SQLite database: its connections, and whether it is still the one that was opened."""
 
 import os
+import sqlite3
 from pathlib import Path
+from time import monotonic, sleep
 from typing import Any
 
 import sqlalchemy as sa
@@ -9,6 +11,7 @@ import sqlalchemy as sa
 __all__ = ["SqliteFile"]
 
 _BUSY_TIMEOUT = 2_000  # how long to wait for another process's lock [ms]
+_OPENING_TIME, _OPENING_PAUSE = 30.0, 0.01  # how long, and how often, a file that others open too is tried [s]
 
 
 class SqliteFile:
@@ -27,7 +30,8 @@ class SqliteFile:
 
         def configure(connection: Any, _record: Any) -> None:
             connection.isolation_level = None  # transactions begin as written below, not when the driver decides
-            pragmas = [f"busy_timeout={_BUSY_TIMEOUT}", "journal_mode=WAL", "foreign_keys=ON", "cache_size=-16384"]
+            _write_ahead(connection)
+            pragmas = [f"busy_timeout={_BUSY_TIMEOUT}", "foreign_keys=ON", "cache_size=-16384"]
             for pragma in [*pragmas, "query_only=ON"] if reads_only else pragmas:
                 connection.execute(f"PRAGMA {pragma}")
             if not reads_only:
@@ -63,3 +67,18 @@ class SqliteFile:
     def _look(self) -> tuple[int, int]:
         status = os.stat(self._path)
         return status.st_dev, status.st_ino
+
+
+def _write_ahead(connection: sqlite3.Connection) -> None:
+    """Let readers go on while one writes. SQLite does not wait for others that change a new file to this, too."""
+    end = monotonic() + _OPENING_TIME
+    while True:
+        try:
+            connection.execute("PRAGMA journal_mode=WAL")
+        except sqlite3.OperationalError as error:
+            is_locked = error.sqlite_errorcode & 0xFF == sqlite3.SQLITE_BUSY  # the rest says why
+            if not is_locked or monotonic() > end:
+                raise
+            sleep(_OPENING_PAUSE)
+        else:
+            return
