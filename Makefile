@@ -18,7 +18,7 @@ export PYTHONDONTWRITEBYTECODE :=
 
 help:
 	@echo "make demo      set up, start the service, plan grasps for a mug, print them and write a picture"
-	@echo "make test      set up, then lint, types and tests (about 8 minutes on 2 cores)"
+	@echo "make test      set up, then lint, types and tests (about 11 minutes on 2 cores)"
 	@echo "make test-all  the long campaigns: every object, hostile files, faults"
 	@echo "make serve     the service on http://127.0.0.1:8000 (interactive documentation at /docs)"
 	@echo "make bench     speed, quality and the paper's tables; report in build/bench"
